@@ -22,7 +22,7 @@ from time import perf_counter
 from coupled_plate import FullOrder, full_order_run, one_thread, timed, verdict, warm_up
 
 import hertzlink as hl
-from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, DROP_HEIGHT, SENSOR, THESIS, UNTIL
+from hertzlink.studies.shared import BEAD, BEADS, DASHPOT, RECORD, SENSOR, SPEED
 from particles.bead import STANDARD_GRAVITY
 
 RADIUS = 9.525e-3
@@ -58,7 +58,7 @@ class Case:
 def chain(loss: float | None) -> hl.Chain:
     """The studies' chain, with dashpots (N s/m) or none."""
     dashpot = None if loss is None else hl.LinearDashpot(loss)
-    return hl.Chain([THESIS.sphere] * BEADS, THESIS.sphere, hl.drop_speed(DROP_HEIGHT), STANDARD_GRAVITY, dashpot)
+    return hl.Chain([BEAD] * BEADS, BEAD, SPEED, STANDARD_GRAVITY, dashpot)
 
 
 def prepare(name: str) -> list[Case]:
@@ -68,7 +68,7 @@ def prepare(name: str) -> list[Case]:
     for _ in range(REDUCTIONS):
         spent, full = timed(hl.layered_cylinder, layers, cells=cells)
         assembly.append(spent)
-        spent, reduced = timed(hl.reduce, full, until=UNTIL)
+        spent, reduced = timed(hl.reduce, full, until=RECORD)
         reduction.append(spent)
     whole = median(assembly) + median(reduction)
     print(f"{name}: {full.size} degrees of freedom to {reduced.size}")
@@ -88,11 +88,11 @@ def compare(case: Case, in_full: bool) -> None:
     """Print one line: reduced, full order, ratio. Reduced runs are made before and after the full one."""
 
     def rounds() -> list[float]:
-        return [timed(lambda: hl.CoSimulation(case.chain, case.reduced).run(UNTIL))[0] for _ in range(ROUNDS)]
+        return [timed(lambda: hl.CoSimulation(case.chain, case.reduced).run(RECORD))[0] for _ in range(ROUNDS)]
 
-    run = hl.CoSimulation(case.chain, case.reduced).run(UNTIL)
+    run = hl.CoSimulation(case.chain, case.reduced).run(RECORD)
     windows, spent = run.sizes["time"] - 1, rounds()
-    other = full_order_run(case.chain, case.full, UNTIL / windows, windows, SENSOR, None if in_full else SHORT)
+    other = full_order_run(case.chain, case.full, RECORD / windows, windows, SENSOR, None if in_full else SHORT)
     seconds = median(spent + rounds())
     speedup = other.seconds / seconds
     print(
@@ -138,7 +138,7 @@ def main() -> None:
     one_thread()
     for loss in (None, DASHPOT):
         warm_up(hl.rod(ON_PTFE), window=1e-6)
-        hl.CoSimulation(chain(loss), hl.reduce(hl.rod(ON_PTFE), UNTIL)).run(1e-5)
+        hl.CoSimulation(chain(loss), hl.reduce(hl.rod(ON_PTFE), RECORD)).run(1e-5)
     for name in CYLINDERS:
         for case in prepare(name):
             compare(case, in_full=case.name == "undamped" and not quick)

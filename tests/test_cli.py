@@ -22,7 +22,7 @@ from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
 from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import draw, thesis
-from hertzlink.studies.table import Row, text
+from hertzlink.studies.compare import Number
 from hertzlink.studies.writing import QUICK, stamp
 from structures.kernels.compiling import users_folder
 
@@ -154,8 +154,8 @@ class Small:
     def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         return xr.Dataset({"ratio": 0.5})
 
-    def table(self, data: xr.Dataset) -> list[Row]:
-        return [Row("AR", 0.5, data.ratio.item())]
+    def numbers(self, data: xr.Dataset) -> list[Number]:
+        return [Number("AR", data.ratio.item())]
 
     def figures(self, data: xr.Dataset) -> dict[str, Any]:
         return {}
@@ -432,37 +432,6 @@ def test_a_stamp_is_inside_the_figure_and_below_its_axes(count: int) -> None:
     assert whole.x0 < where.x0 < where.x1 < whole.x1
     assert whole.y0 < where.y0
     assert where.y1 < min(axis.get_tightbbox().y0 for axis in axes)
-
-
-def test_a_table_fits_a_terminal_and_shows_differences() -> None:
-    rows = [
-        Row("speed", 560.0, 569.1, "m/s", "reason " * 20),
-        Row("a quantity whose name takes more than one line of its column", "excellent agreement", "0.987, 0.998"),
-        Row("wave", "none", 0.0),
-        Row("contact time", 1435.17, 1432.3, "µs"),
-    ]
-    lines = text(rows).splitlines()
-    assert max(map(len, lines)) <= 80
-    assert "theory" not in lines[0]
-    assert lines[2].split() == ["speed,", "m/s", "560", "569.1", "+1.6", "%"]
-    assert "    reason reason" in lines[3]
-    assert any(line.split() == ["wave", "none", "0"] for line in lines)
-    assert lines[-1].split()[-4:] == ["1435.17", "1432", "-0.2", "%"]
-
-
-def test_theory_has_a_column_of_its_own_only_where_there_is_theory() -> None:
-    """The difference is from the thesis's number where it prints one, else from theory, and says so by a mark."""
-    lines = text([Row("AR", 0.77, 0.742, "", "", 0.82), Row("TOF/D", "", 61.35, "µs/mm", "", 61.16)]).splitlines()
-    assert lines[0].split() == ["quantity", "thesis", "theory", "hertzlink", "difference"]
-    assert lines[2].split() == ["AR", "0.77", "0.82", "0.742", "-3.6", "%"]
-    assert lines[3].split() == ["TOF/D,", "µs/mm", "61.16", "61.35", "+0.3", "%*"]
-    assert lines[-1].startswith("* compared with theory")
-    # Numbers of equations, figures, tables and sections are the thesis's; a note says so, where there are any.
-    assert "Numbered" not in " ".join(lines)
-    numbered = text([Row("speed", 560.0, 569.1, "m/s", "equation 1.10 gives 570")]).splitlines()
-    assert numbered[-1] == "Numbered equations, figures, tables and sections are those of the thesis."
-    fractions = text([Row("slope", "1/6", 0.16668), Row("slope", "-1/3", -0.3333)]).splitlines()
-    assert [line.split()[-2:] for line in fractions[2:]] == [["+0.01", "%"], ["-0.01", "%"]]
 
 
 def test_an_interrupt_that_kept_something_says_so(

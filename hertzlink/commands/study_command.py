@@ -7,9 +7,9 @@ import click
 
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
-from coupling.sweeps.progress import one_bar
-from hertzlink.output_folder import check_output, forget, write_folder
-from hertzlink.studies import STUDIES, LongStudy, study
+from coupling.sweeps.progress import labelled
+from hertzlink.output_folder import check_output, write_folder
+from hertzlink.studies import STUDIES, study
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
 from hertzlink.terminal import show, written
 from structures.caution import collected
@@ -56,7 +56,7 @@ class StudyCommand(click.Command):
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the studies."""
         with formatter.section("Studies"):
-            formatter.write_dl([(name, entry.about) for name, entry in STUDIES.items()])
+            formatter.write_dl(list(STUDIES.items()))
 
 
 @click.command(
@@ -66,24 +66,19 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     """Run a study of the thesis, or one beyond it: netCDF, figures, a table and a report."""
     folder = output or Path(name)
     check_output(folder, force)
-    chosen = study(name)
-    parts = folder.with_name(f"{folder.name}.parts")
-    keep = {"keep": parts} if isinstance(chosen, LongStudy) else {}
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, STUDIES[name].runs[not quick]):
+        with collected() as findings, labelled(name):
             begin = perf_counter()
-            data = chosen.run(quick, jobs, **keep)
+            chosen = study(name)
+            data = chosen.run(quick, jobs)
             data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
             found = Written(name, chosen, data.assign_attrs({"comment": QUICK} if quick else {}), form)
     finally:
         warn(one_of_each(findings))
     inputs = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    attributes = provenance(inputs)
-    data = with_warnings(found.data.assign_attrs(attributes), findings)
+    data = with_warnings(found.data.assign_attrs(provenance(inputs)), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
-    if keep:
-        forget(parts)
     show(found.shown)
     written(folder)
 

@@ -1,49 +1,50 @@
-"""Studies of the thesis and beyond it, one module each: run(quick, jobs), table(data), figures(data)."""
+"""Studies of the thesis and beyond it, a script each: `run(quick, jobs)`, `numbers(data)` and `figures(data)`.
 
-import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass
+`printed.csv` holds what the thesis prints, and `compare` says whether it agrees. `captions.csv` says what figures show.
+"""
+
+import csv
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import xarray as xr
 
+from hertzlink.studies.compare import Number
 from hertzlink.studies.draw import Figure
-from hertzlink.studies.table import Row
-
-
-@dataclass(frozen=True)
-class Entry:
-    """An entry of `studies.toml`. runs: of a quick one and of a whole one; figures: captions by file name."""
-
-    about: str
-    runs: tuple[int, int]
-    figures: Mapping[str, str]
-    module: str = ""
-
 
 STUDIES = {
-    name: Entry(**entry)
-    for name, entry in tomllib.loads(Path(__file__).with_name("studies.toml").read_text(encoding="utf-8")).items()
+    "thesis": "The whole thesis: a verdict on each of its numbers, and each corrected equation with a check.",
+    "aspect-ratio": "What plates send back to a chain at their centre, over bead diameter / thickness (section 6.2.1).",
+    "plate-boundary": "From which distance on a plate's edge no longer changes what it sends back (section 6.2.2).",
+    "plate-shear": "What shear and other kinds of edges change there: Mindlin's plates beside Kirchhoff's.",
+    "critical-distance": "The law for this distance: how far it holds, and for which beads and plates.",
+    "rod-stiffness": "What a rod sends back, over its Young's modulus and for given materials (section 6.1.1).",
+    "rod-length": "What a rod sends back, over its length (section 6.1.2).",
+    "upper-layer": "A stiff layer on a soft one: the waves over the upper layer's thickness (section 6.1.3).",
+    "lower-layer": "A stiff layer on a soft one: the waves over the lower layer's thickness (section 6.1.4).",
+    "ellipsoids": "Waves in chains of ellipsoids, lying and standing, and of spheres (section 5.3.1).",
+    "cylinders": "Waves in chains of crossed cylinders, over their angle (section 5.3.2).",
+    "hollow-spheres": "Waves in chains of hollow spheres, over the thickness of their walls (section 5.3.3).",
+    "dissipation": "How a wave decays along a chain with losses (chapter 4).",
+    "deformable-chain": "Beads that deform and vibrate, compared with point masses (sections 3.3 and 3.4).",
+    "contact-law": "Contact laws by finite elements, compared with formulas (sections 3.3.1 and 5.3).",
+    "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
+    "yield": "Which impacts of the thesis make beads yield, and what that changes (chapter 7).",
 }
-
-__all__ = ["STUDIES", "Entry", "LongStudy", "Study", "study"]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+"""What each study shows. Sections and chapters are those of the thesis."""
 
 
 class Study(Protocol):
-    """A study, as the command line uses it."""
+    """The module of a study."""
 
     def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         """Simulate; `quick` runs a coarse version in seconds."""
         ...
 
-    def table(self, data: xr.Dataset) -> list[Row]:
-        """Return the thesis's numbers compared with those of hertzlink."""
+    def numbers(self, data: xr.Dataset) -> Iterator[Number]:
+        """Yield what the thesis prints, and what else a reader wants to know, as hertzlink finds it."""
         ...
 
     def figures(self, data: xr.Dataset) -> dict[str, Figure]:
@@ -51,20 +52,13 @@ class Study(Protocol):
         ...
 
 
-@runtime_checkable
-class LongStudy(Study, Protocol):
-    """A study that keeps its parts as they are finished, and whose table is too long for a terminal."""
-
-    def run(self, quick: bool = False, jobs: int | None = None, keep: Path | None = None) -> xr.Dataset:
-        """Run as a Study. keep: a folder for the parts; a later run takes those that it finds there."""
-        ...
-
-    def summary(self, data: xr.Dataset) -> str:
-        """Return what the terminal shows in place of the table."""
-        ...
-
-
 def study(name: str) -> Study:
-    """Return the study of this name; its module is imported at this call."""
-    module = STUDIES[name].module or name.replace("-", "_")
+    """Return the study of this name; its module is imported here."""
+    module = {"yield": "yielding"}.get(name, name.replace("-", "_"))
     return import_module(f"hertzlink.studies.{module}")  # type: ignore[return-value]
+
+
+def captions(name: str) -> dict[str, str]:
+    """Return what the figures of a study show, by file name."""
+    with Path(__file__).with_name("captions.csv").open(encoding="utf-8", newline="") as file:
+        return {row["figure"]: row["caption"] for row in csv.DictReader(file) if row["study"] == name}

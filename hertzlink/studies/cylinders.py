@@ -1,6 +1,7 @@
 """Thesis section 5.3.2: waves in chains of cylinders perpendicular to the chain, each rotated against its neighbour."""
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from math import radians
@@ -10,32 +11,21 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw, waves
-from hertzlink.studies.results import named, with_units
-from hertzlink.studies.table import MEASURED, Row, Rows
-from particles.bead import STANDARD_GRAVITY
+from hertzlink.studies.compare import Case, Number
+from hertzlink.studies.shared import long_waves, named, of_mass, with_units
 from particles.solitary import CONTACT_TO_CENTRE_FORCE
-from structures.structure import Vector
 
-row = Rows("cylinders")
-RADIUS, LENGTH = 2.38e-3, 4.76e-3
-DIAMETER = 2.0 * RADIUS
-STRIKER = hl.Sphere(2.38e-3, hl.STEEL_316)
+STEEL, RADIUS, LENGTH = hl.STEEL_316, 2.38e-3, 4.76e-3
+STRIKER = hl.Sphere(2.38e-3, STEEL)
 STRIKER_MASS, CYLINDER_MASS = 0.45e-3, 0.68e-3  # kg, as printed.
-BEADS, FIRST, SECOND = 20, 7, 13
-measure = partial(waves.passage, first=FIRST, second=SECOND)
-IMPACT_SPEED = 0.5
+BEADS, SENSORS, IMPACT_SPEED = 20, (7, 13), 0.5
 ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)  # Degrees between neighbours.
 HERTZ_ANGLE = 10.0  # Degrees; smaller angles make contacts too long for half-spaces (`contact_law` warns there).
 SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of the striker: a range that covers 10 to 80 N at every angle.
 FORCES = (10.0, 40.0, 80.0)  # N, the forces of figure 5.11; 40 N belongs to the thesis's 591.3 m/s.
 APPROACHES = np.geomspace(0.1e-6, 10e-6, 21)
 UNTIL = 4e-4
-CASES = {
-    "90°": (90.0, "mass from geometry"),
-    "90°, gravity": (90.0, "gravity"),
-    "90°, printed masses": (90.0, "printed masses"),
-    "0°": (0.0, "mass from geometry"),
-}
+CASES = ("90°", "90°, gravity", "90°, printed masses", "0°")
 
 
 @dataclass(frozen=True)
@@ -45,7 +35,7 @@ class Tacit:
     name: str = "contact_law"
 
     def __call__(self, first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
-        """Return Hertz's law of crossed cylinders at any angle. The floor carries the weight until the wave is read."""
+        """Return Hertz's law of crossed cylinders at any angle."""
         if isinstance(first, hl.Cylinder) and isinstance(second, hl.Cylinder) and first.angle != second.angle:
             return hl.laws.PowerLaw(hl.theory.hertz_stiffness(first.surface, second.surface))
         with warnings.catch_warnings():
@@ -54,30 +44,9 @@ class Tacit:
         return replace(law, caution="") if isinstance(law, hl.laws.TabulatedLaw) else law
 
 
-def curve(angle: float, speeds: tuple[float, ...]) -> waves.Curve:
-    """Return the chain of an angle, degrees, for strikers of these speeds, m/s."""
-    law, pair = Tacit(), (cylinder(0.0), cylinder(angle))
-    return waves.Curve(_named(angle), pair, law(*pair), law, speeds=speeds, striker=STRIKER)
-
-
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and the thesis's cases.
-
-    Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
-    default, because starting processes takes longer than the runs.
-    """
-    jobs, speeds = jobs or 1, SPEEDS[::4] if quick else SPEEDS
-    curves = [curve(angle, speeds) for angle in ANGLES]
-    data = waves.run_curves(curves, BEADS, FIRST, SECOND, jobs, UNTIL, APPROACHES)
-    data = data.rename(curve="angle", striker="impact_speed")
-    data = data.assign_coords(angle=list(ANGLES), impact_speed=list(speeds))
-    cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    return with_units(data.merge(named(cases, "case")), angle="degree", impact_speed="m/s")
-
-
 def cylinder(angle: float) -> hl.Cylinder:
     """Return the thesis's steel cylinder, rotated by an angle in degrees."""
-    return hl.Cylinder(RADIUS, LENGTH, hl.STEEL_316, radians(angle))
+    return hl.Cylinder(RADIUS, LENGTH, STEEL, radians(angle))
 
 
 def stiffness(angle: float, axis_ratio: str = "exact") -> float:
@@ -85,116 +54,115 @@ def stiffness(angle: float, axis_ratio: str = "exact") -> float:
     return hl.theory.hertz_stiffness(cylinder(0.0).surface, cylinder(angle).surface, axis_ratio)
 
 
-def by_force(angle: float, force: Vector) -> Vector:
-    """Return the wave speed, m/s, at peak contact forces, N, and an angle in degrees (equation 5.11)."""
-    return waves.long_waves(cylinder(0.0), stiffness(angle)).wave_speed_from_force(force)
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """Return speed, peak force and width of waves over angle (degrees) and striker, and the thesis's cases.
+
+    Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
+    default, because starting processes takes longer than the runs.
+    """
+    jobs, speeds, law = jobs or 1, SPEEDS[::4] if quick else SPEEDS, Tacit()
+
+    def curve(angle: float) -> waves.Curve:
+        pair = cylinder(0.0), cylinder(angle)
+        return waves.Curve(pair, law(*pair), law, speeds=speeds, striker=STRIKER)
+
+    def case_of_the_thesis(case: str) -> hl.CoSimulation:
+        # As only the angle between neighbours matters, cylinders are turned back and forth.
+        beads = [cylinder(90.0 * (i % 2) if case.startswith("90°") else 0.0) for i in range(BEADS)]
+        struck = hl.Chain(beads, STRIKER, IMPACT_SPEED, law=law)
+        if case.endswith("gravity"):  # it needs a floor
+            return hl.CoSimulation(replace(struck, gravity=9.81), hl.half_space(STEEL))
+        if case.endswith("printed masses"):
+            beads = [of_mass(bead, CYLINDER_MASS) for bead in beads]
+            struck = replace(struck, beads=beads, striker=of_mass(STRIKER, STRIKER_MASS))
+        return hl.CoSimulation(struck, None)
+
+    of_angles = {angle: curve(angle) for angle in ANGLES}
+    data = waves.run_curves("angle", of_angles, BEADS, SENSORS, UNTIL, jobs, APPROACHES)
+    measure = partial(waves.passage, first=SENSORS[0], second=SENSORS[1])
+    cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
+    return with_units(data.merge(named(cases, "case")), angle="degree")
 
 
-def chain(angle: float, impact_speed: float) -> hl.Chain:
-    """Return the thesis's chain. As only the angle between neighbours matters, cylinders are turned back and forth."""
-    beads = [cylinder(angle * (i % 2)) for i in range(BEADS)]
-    return hl.Chain(beads, STRIKER, impact_speed, law=Tacit())
-
-
-def case_of_the_thesis(case: str) -> hl.CoSimulation:
-    """Return figures 5.9a and 5.10a for each interpretation of masses and gravity; gravity needs a floor."""
-    angle, reading = CASES[case]
-    struck = chain(angle, IMPACT_SPEED)
-    if reading == "gravity":
-        return hl.CoSimulation(replace(struck, gravity=STANDARD_GRAVITY), hl.half_space(hl.STEEL_316))
-    if reading == "printed masses":
-        beads = [waves.of_mass(bead, CYLINDER_MASS) for bead in struck.beads]
-        struck = replace(struck, beads=beads, striker=waves.of_mass(STRIKER, STRIKER_MASS))
-    return hl.CoSimulation(struck, None)
-
-
-def table(data: xr.Dataset) -> list[Row]:
-    """Return the numbers of section 5.3.2, compared with those of hertzlink."""
-    return [*_crossed_at_right_angles(data), *_turned(data), *_parallel(data)]
-
-
-def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
-    """Return figure 5.9a, and 40 N of figure 5.9b."""
-    speeds = data.case_wave_speed.to_series().to_dict()
-    plain, printed, gravity = speeds["90°"], speeds["90°, printed masses"], speeds["90°, gravity"]
-    width_1_percent, width_0_1_percent = data.case_width.sel(case="90°").values / DIAMETER
-    curve = data.sel(angle=90.0)
-    contact, centre = (waves.speed_at(curve, force) for force in (FORCES[1], FORCES[1] * CONTACT_TO_CENTRE_FORCE))
-    between = {"F between the force at a contact and at a sensor": f"{contact:.5g} to {centre:.5g}"}
-    return [
-        row("mass of a cylinder", cylinder(0.0).mass * 1e3),
-        row("wave speed at 90°, discrete particles", plain, gravity, printed, otherwise={"gravity": gravity}),
-        row("wave speed at 90°, finite elements", plain, gravity, otherwise={"gravity": gravity}),
-        row("wave speed at 90°, experiment", plain, gravity, otherwise={"gravity": gravity}),
-        row(
-            "width at 90°", float(width_1_percent), width_0_1_percent, otherwise=waves.widths(float(width_0_1_percent))
-        ),
-        row("wave speed at 90°, 40 N", contact, centre, float(by_force(90.0, np.array(FORCES[1]))), otherwise=between),
-    ]
-
-
-def _turned(data: xr.Dataset) -> list[Row]:
-    """Return figures 5.9b and 5.11: the influence of smaller angles."""
-    gain = {angle: f"{100.0 * (_normalised(data, angle, FORCES[1]) - 1.0):.1f} %" for angle in (45.0, 30.0)}
-    methods = ("exact", "approximate")
-    by_theory = [100.0 * ((stiffness(30.0, m) / stiffness(90.0, m)) ** (1.0 / 3.0) - 1.0) for m in methods]
-    at_five = ", ".join(f"{_normalised(data, 5.0, force):.2f}" for force in FORCES)
-    return [
-        row("speed gained at 45°, 40 N", gain[45.0]),
-        row("speed gained at 30°, 40 N", gain[30.0], *by_theory),
-        row("speed at 5° over 90°, at 10, 40, 80 N", at_five),
-    ]
-
-
-def _parallel(data: xr.Dataset) -> list[Row]:
-    """Return the line contact, equation 5.8, and figure 5.10."""
-    law, fitted = Tacit()(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
-    power = waves.power_exponent(law.approach(fitted), fitted)
-    low, high = local_exponent(law, np.array([1e3, 3e4]) * LENGTH)
-    reason = f"equation 5.8 over 1 to 100 N, locally {low:.3f} to {high:.3f} for 1 to 30 kN/m"
-    width_1_percent, width_0_1_percent = data.case_width.sel(case="0°").values / DIAMETER
-    factor = float(data.case_wave_speed.sel(case="0°") / data.case_wave_speed.sel(case="90°"))
-    slow, _, fast = (waves.speed_at(data.sel(angle=0.0), force) for force in FORCES)
-    return [
-        row("exponent n of parallel cylinders", power, reason),
-        row("exponent n, Harris (2001)", power, reason),
-        row(
-            "width at 0°",
-            float(width_1_percent),
-            width_0_1_percent,
-            otherwise={"from 0.1 % to 0.1 % of the peak": float(width_0_1_percent)},
-        ),
-        row("wave speed at 0° over 90°", factor, _normalised(data, 0.0, FORCES[1])),
-        row("wave speed at 0° from 10 to 80 N", f"{slow:.0f} to {fast:.0f}", holds=abs(fast / slow - 1.0) < MEASURED),
-    ]
-
-
-def local_exponent(law: hl.ContactLaw, force: Vector) -> Vector:
-    """Return d ln F / d ln δ of a law at these forces, N."""
-    approach = law.approach(force)
-    exponents: Vector = law.tangent(approach) * approach / force
-    return exponents
-
-
-def _normalised(data: xr.Dataset, angle: float, force: float) -> float:
+def normalised(data: xr.Dataset, angle: float, force: float) -> float:
     """Return the wave speed at an angle over that at 90°, at the same peak contact force, N."""
     return waves.speed_at(data.sel(angle=angle), force) / waves.speed_at(data.sel(angle=90.0), force)
+
+
+def numbers(data: xr.Dataset) -> Iterator[Number]:
+    """Yield the numbers of section 5.3.2."""
+    # Figure 5.9a, and 40 N of figure 5.9b.
+    speeds = data.case_wave_speed.to_series().to_dict()
+    plain = {"": speeds["90°"], "gravity": speeds["90°, gravity"]}
+    yield Number("mass of a cylinder", cylinder(0.0).mass * 1e3)
+    with_masses = f"with the printed masses {speeds['90°, printed masses']:.1f}"
+    yield Number("wave speed at 90°, discrete particles", plain, with_masses)
+    yield Number("wave speed at 90°, finite elements", plain)
+    yield Number("wave speed at 90°, experiment", plain)
+    of_theory: dict[str, Case] = {
+        "equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0
+    }
+    yield Number("width at 90°", waves.widths(data.case_width.sel(case="90°").values, 2.0 * RADIUS) | of_theory)
+    right = data.sel(angle=90.0)
+    contact, centre = (waves.speed_at(right, force) for force in (FORCES[1], FORCES[1] * CONTACT_TO_CENTRE_FORCE))
+    expected = float(long_waves(cylinder(0.0), stiffness(90.0)).wave_speed_from_force(FORCES[1]))
+    cases: dict[str, Case] = {"": contact, "F between the force at a contact and at a sensor": (contact, centre)}
+    yield Number("wave speed at 90°, 40 N", cases, f"equation 5.11: {expected:.1f}")
+
+    # Figures 5.9b and 5.11: the influence of smaller angles.
+    yield Number("speed gained at 45°, 40 N", 100.0 * (normalised(data, 45.0, FORCES[1]) - 1.0))
+    by_theory = [(stiffness(30.0, m) / stiffness(90.0, m)) ** (1.0 / 3.0) for m in ("exact", "approximate")]
+    said = "equation 5.11: {:.1f} %; {:.1f} % with the thesis's b/a".format(*(100.0 * (r - 1.0) for r in by_theory))
+    yield Number("speed gained at 30°, 40 N", 100.0 * (normalised(data, 30.0, FORCES[1]) - 1.0), said)
+    at_five = ", ".join(f"{normalised(data, 5.0, force):.2f}" for force in FORCES)
+    yield Number("speed at 5° over 90°, at 10, 40, 80 N", at_five, "Hertz's exponent is the same at every angle")
+
+    # The line contact, equation 5.8, and figure 5.10.
+    law, force = Tacit()(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
+    power = waves.power_exponent(law.approach(force), force)
+    approach = law.approach(np.array([1e3, 3e4]) * LENGTH)
+    local = law.tangent(approach) * approach / law.force(approach)
+    said = "equation 5.8 over 1 to 100 N; locally {:.3f} to {:.3f} for 1 to 30 kN/m".format(*local)
+    yield Number("exponent n of parallel cylinders", power, said)
+    yield Number("exponent n, Harris (2001)", power)
+    yield Number("width at 0°", waves.widths(data.case_width.sel(case="0°").values, 2.0 * RADIUS))
+    factor, at_40 = speeds["0°"] / speeds["90°"], normalised(data, 0.0, FORCES[1])
+    yield Number("wave speed at 0° over 90°", factor, f"both struck at 0.5 m/s; {at_40:.2f} at 40 N")
+    slow, _, fast = (waves.speed_at(data.sel(angle=0.0), force) for force in FORCES)
+    yield Number("wave speed at 0° from 10 to 80 N", fast / slow, f"{slow:.0f} to {fast:.0f} m/s")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
     curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
-    speeds = [(f"F = {force:.0f} N", np.array([_normalised(data, a, force) for a in ANGLES])) for force in FORCES]
-    angles = np.sort([*np.geomspace(1.0, 90.0, 91), HERTZ_ANGLE])
-    ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in angles]
-    theory = xr.DataArray(ratios, {"angle": angles}, ("angle",))  # equation 5.11, at the same force
-    return {
-        "speed_force": draw.compared(curves),
-        "angle": draw.against_angle(np.array(ANGLES), speeds, theory, HERTZ_ANGLE, "wave speed over that at 90°"),
-        "laws": draw.contact_laws(data.force.sel(angle=[0.0, 5.0, 10.0, 30.0, 90.0]), "angle", _named),
-    }
+    laws, (axis,) = draw.panels(1, width=4.6, height=3.6, xlabel="approach (µm)", ylabel="contact force (N)")
+    shown = data.force.sel(angle=[0.0, 5.0, 10.0, 30.0, 90.0])
+    draw.lines(axis, shown, "approach", "angle", "{:.0f}°", 1e6)
+    draw.logarithmic(axis)
+    axis.legend(title="0°: line contact; 5°: beyond\nhalf-space theory", title_fontsize="small")
+    return {"speed_force": draw.compared(curves), "angle": over_angle(data), "laws": laws}
 
 
-def _named(angle: float) -> str:
-    beyond = ", beyond half-space theory" if 0.0 < angle < HERTZ_ANGLE else ""
-    return "0°, line contact" if angle == 0.0 else f"{angle:.0f}°{beyond}"
+def over_angle(data: xr.Dataset) -> draw.Figure:
+    """Return the wave speed over the angle; hollow and dashed where contacts are too long for half-spaces."""
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
+    angles = np.array(ANGLES)
+    beyond = (angles > 0.0) & (angles < HERTZ_ANGLE)
+    for i, force in enumerate(FORCES):
+        ratios, size = np.array([normalised(data, a, force) for a in ANGLES]), 7.5 - 2.0 * i
+        draw.points(axis, angles[~beyond], ratios[~beyond], i, f"F = {force:.0f} N", size=size)
+        draw.points(axis, angles[beyond], ratios[beyond], i, hollow=True, size=size)
+    axis.annotate("line contact", (0.0, ratios[0]), (8, 0), textcoords="offset points", va="center", fontsize="small")
+    for ends, style, label in (
+        ((HERTZ_ANGLE, 90.0), "-", "theory of long waves, any force"),
+        ((1.0, HERTZ_ANGLE), "--", ""),
+    ):
+        fine = np.geomspace(*ends, 50)
+        draw.theory_line(axis, fine, [(stiffness(a) / stiffness(90.0)) ** (1.0 / 3.0) for a in fine], label, style)
+    label = f"below {HERTZ_ANGLE:.0f}°: beyond half-space theory"
+    axis.plot([], [], "o--", color="black", linewidth=0.9, markerfacecolor="white", label=label)
+    axis.set(xlabel="angle between neighbours (°)", ylabel="wave speed over that at 90°")
+    axis.set(xticks=[0, 10, 30, 45, 60, 75, 90])
+    axis.set_ylim(bottom=0.0)
+    axis.legend()
+    return figure

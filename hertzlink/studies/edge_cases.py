@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies.on_plates import BEADS, SENSOR
-from hertzlink.studies.waves import contact_time, long_waves, wall_stiffness
+from hertzlink.studies import shared
 from plates.critical_distance import edge_length
 
 # Length of records in contact times of aluminium plates, after 30 of which the slowest reflected wave returns; and the
@@ -29,27 +28,28 @@ class Pair:
 
     bead: hl.Sphere
     wall: hl.Material
-    speed: float
+    speed: float = 0.31
 
     @cached_property
     def chain(self) -> hl.Chain:
-        """The chain and its striker, undamped and without gravity."""
-        return hl.Chain([self.bead] * BEADS, striker=self.bead, impact_speed=self.speed)
+        """The chain and its striker, without losses and gravity."""
+        return hl.Chain([self.bead] * shared.BEADS, self.bead, self.speed)
 
     @cached_property
     def contact_time(self) -> float:
         """T_c, s: Hertz's contact time of a bead on a half-space at the striker speed."""
-        return contact_time(self.bead, self.wall, self.speed)
+        return shared.contact_time(self.bead, self.wall, self.speed)
 
     @property
     def stiffness_ratio(self) -> float:
         """Stiffness of the contact between bead and plate over that between two beads."""
-        return wall_stiffness(self.bead, self.wall) / long_waves(self.bead).stiffness
+        return shared.wall_stiffness(self.bead, self.wall) / shared.long_waves(self.bead).stiffness
 
     def plate(self, inelasticity: float) -> hl.Plate:
-        """Return a plate of the thickness that gives λ."""
-        parameter = hl.theory.PlateImpact(self.bead, self._plate(1e-3), self.speed).inelasticity
-        return self._plate(float(1e-3 * (parameter / inelasticity) ** 0.5))
+        """Return a plate of the thickness that gives λ, which goes as its power −2."""
+        thin = hl.kirchhoff_plate(1.0, 1.0, 1e-3, self.wall, hl.Supports())
+        parameter = hl.theory.PlateImpact(self.bead, thin, self.speed).inelasticity
+        return hl.kirchhoff_plate(1.0, 1.0, float(1e-3 * (parameter / inelasticity) ** 0.5), self.wall, hl.Supports())
 
     def length(self, inelasticity: float) -> float:
         """Return ℓ, m."""
@@ -77,21 +77,19 @@ class Pair:
         """Return the chain against a structure."""
         return hl.CoSimulation(self.chain, structure, dt=self.contact_time / STEPS_PER_CONTACT)
 
-    def _plate(self, thickness: float) -> hl.Plate:
-        return hl.kirchhoff_plate(1.0, 1.0, thickness, self.wall, hl.Supports())
-
 
 # The thesis's middle bead on aluminium; λ determines the thickness of the plate.
-MAIN = Pair(hl.Sphere(4.765e-3, hl.STEEL_440C), hl.ALUMINIUM_6061, 0.31)
+LARGE, SMALL = hl.Sphere(4.765e-3, hl.STEEL_440C), hl.Sphere(2.38e-3, hl.STEEL_440C)
+MAIN = Pair(LARGE, hl.ALUMINIUM_6061)
 # Other beads, speeds and materials at the same λ and d/ℓ.
 OTHER_PAIRS = {
-    "4.76 mm beads": Pair(hl.Sphere(2.38e-3, hl.STEEL_440C), hl.ALUMINIUM_6061, 0.31),
-    "1.2 m/s": Pair(hl.Sphere(4.765e-3, hl.STEEL_440C), hl.ALUMINIUM_6061, 1.2),
-    "steel 316 beads": Pair(hl.Sphere(4.765e-3, hl.STEEL_316), hl.ALUMINIUM_6061, 0.31),
-    "brass beads": Pair(hl.Sphere(4.765e-3, hl.BRASS_360), hl.ALUMINIUM_6061, 0.31),
-    "glass plate": Pair(hl.Sphere(4.765e-3, hl.STEEL_440C), hl.Material(70e9, 0.22, 2500.0, "glass"), 0.31),
-    "copper plate": Pair(hl.Sphere(4.765e-3, hl.STEEL_440C), hl.COPPER, 0.31),
-    "steel plate": Pair(hl.Sphere(4.765e-3, hl.STEEL_440C), hl.STEEL_440C, 0.31),
+    "4.76 mm beads": Pair(SMALL, hl.ALUMINIUM_6061),
+    "1.2 m/s": Pair(LARGE, hl.ALUMINIUM_6061, 1.2),
+    "steel 316 beads": Pair(hl.Sphere(LARGE.radius, hl.STEEL_316), hl.ALUMINIUM_6061),
+    "brass beads": Pair(hl.Sphere(LARGE.radius, hl.BRASS_360), hl.ALUMINIUM_6061),
+    "glass plate": Pair(LARGE, hl.Material(70e9, 0.22, 2500.0, "glass")),
+    "copper plate": Pair(LARGE, hl.COPPER),
+    "steel plate": Pair(LARGE, hl.STEEL_440C),
 }
 SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")  # The pairs with the materials of MAIN.
 
@@ -104,7 +102,7 @@ def tabulated_pair(stiffness_ratio: float) -> Pair:
 
 def ratio(run: xr.Dataset) -> float:
     """Return AR of the primary wave; 0 if there is none."""
-    primary = hl.reflections(run, SENSOR, SMALLEST_WAVE).primary
+    primary = hl.reflections(run, shared.SENSOR, SMALLEST_WAVE).primary
     return primary.amplitude_ratio if primary else 0.0
 
 

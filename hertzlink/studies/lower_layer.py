@@ -1,74 +1,63 @@
 """Thesis section 6.1.4: PTFE below a thin steel cylinder. A thicker PTFE layer delays the secondary wave."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import xarray as xr
 
-import hertzlink as hl
-from hertzlink.studies import draw
-from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.table import MEASURED, Row, Rows
-from hertzlink.studies.upper_layer import TwoLayers, layers_figures
+from hertzlink.studies import draw, rods
+from hertzlink.studies.compare import Number
+from hertzlink.studies.shared import DASHPOT, DASHPOTS
+from hertzlink.studies.upper_layer import layers, layers_figures, theory
 from structures.structure import Vector
 
-row = Rows("lower_layer")
 UPPER = 6.35e-3  # m; section 6.1.4 also says 6.25 mm.
 LOWERS = tuple(sorted([*np.geomspace(9.52e-3, 152.4e-3, 33), 25.4e-3, 50.8e-3]))
 SOLID_LOWERS = (9.52e-3, 12.7e-3, 19.05e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3)
-ECHOLESS_LENGTH = 25.4e-3  # m; for thicker layers the primary wave has left before the echo of the base returns.
+ECHOLESS = 25.4e-3  # m; for thicker layers the primary wave has left before the echo of the base returns.
 
 
-class LowerLayers(TwoLayers):
-    """Cylinders over the thickness of the lower layer."""
-
-    def stack(self, length: float) -> list[hl.Layer]:
-        """Return the cylinder with this thickness of the lower layer, m."""
-        return self.layers(UPPER, length)
-
-    def expected(self, lengths: Vector) -> xr.Dataset:
-        """Return theory over the thickness of the lower layer, m."""
-        return self.theory(np.full(len(lengths), UPPER), lengths)
-
-
-THESIS = LowerLayers()
+def expected(lengths: Vector) -> xr.Dataset:
+    """Return theory over the thickness of the lower layer, m."""
+    return theory(np.full(len(lengths), UPPER), lengths)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
-    few = sorted({*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]}), SOLID_LOWERS[::3]
-    return struck.over_lengths(THESIS, quick, jobs, *(few if quick else (LOWERS, SOLID_LOWERS)))
+    few = tuple(sorted({*LOWERS[::6], ECHOLESS, 50.8e-3, LOWERS[-1]}))
+    lengths, solids = (few, SOLID_LOWERS[::3]) if quick else (LOWERS, SOLID_LOWERS)
+    return rods.over_lengths(lambda lower: layers(UPPER, lower), lengths, solids, quick, jobs)
 
 
-def table(data: xr.Dataset) -> list[Row]:
-    """Return the numbers of section 6.1.4, compared with ours, and the secondary wave's delay, with theory."""
-    middle, primary = data.sel(dashpot=struck.DASHPOT), data.sel(wave="primary")
-    ratios, flights = middle.amplitude_ratio.sel(wave="primary"), middle.time_of_flight.sel(wave="primary") * 1e6
-    thick = ratios.where(data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9))
-    lost, doubt = struck.lost(thick), struck.sensitivity(primary.time_of_flight.isel(length=-1), 1e6)
-    others = [struck.interval(primary.amplitude_ratio.sel(dashpot=dashpot)) for dashpot in (4.0, 6.0)]
-    expected = float(THESIS.theory(np.array([UPPER]), ECHOLESS_LENGTH).time_of_flight[0]) * 1e6
-    wide, apart = struck.ratio(data.solid_amplitude_ratio[0]), struck.beyond_rod(data, "amplitude_ratio").values
-    return [
-        row("AR, primary", struck.interval(ratios), *others),
-        row("AR, primary, from 25.4 mm on", struck.interval(thick), lost, holds=lost < 100.0 * MEASURED),
-        row("TOF, primary", struck.interval(flights), expected, doubt, struck.undamped(data)),
-        row("TOF, primary, varies by", struck.lost(flights)),
-        *[_delay(data, length) for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3)],
-        row("AR, secondary", struck.interval(middle.amplitude_ratio.sel(wave="secondary"))),
-        row("AR, primary, 9.52 mm, axisymmetric", wide, apart[0], apart[-1]),
-    ]
+def numbers(data: xr.Dataset) -> Iterator[Number]:
+    """Yield the numbers of section 6.1.4, and the secondary wave's delay, with theory."""
+    ratios, flights = data.amplitude_ratio.sel(wave="primary"), 1e6 * data.time_of_flight.sel(dashpot=DASHPOT)
+    middle, primary = ratios.sel(dashpot=DASHPOT), flights.sel(wave="primary")
+    low, high = (rods.ends(ratios.sel(dashpot=dashpot)) for dashpot in (DASHPOTS[0], DASHPOTS[-1]))
+    said = f"{low[0]:.3f} to {low[1]:.3f} for γ = 4, {high[0]:.3f} to {high[1]:.3f} for γ = 6 N s/m"
+    yield Number("AR, primary", rods.ends(middle), said)
+    thick = middle.where(data.length >= ECHOLESS * (1.0 - 1e-9))
+    shown = "AR {:.4g} to {:.4g}".format(*rods.ends(thick))
+    yield Number("AR, primary, from 25.4 mm on", rods.lost(thick), shown)
+    theory_flight = 1e6 * float(expected(np.array([ECHOLESS])).time_of_flight[0])
+    yield Number("TOF, primary", rods.ends(primary), f"equation 6.29: {theory_flight:.4g}; {rods.undamped(data)}")
+    yield Number("TOF, primary, varies by", rods.lost(primary))
 
-
-def _delay(data: xr.Dataset, length: float) -> Row:
-    """Return the delay of the secondary wave after the primary one; the thesis prints no number."""
-    flights = data.time_of_flight.sel(dashpot=struck.DASHPOT).sel(length=length, method="nearest")
-    expected = THESIS.theory(np.array([UPPER]), length) * 1e6
-    cylinder = data.sel(solid_length=length, method="nearest").solid_time_of_flight
-    same = abs(float(cylinder.solid_length) - length) < 1e-6
-    wide = f", axisymmetric {struck.flight(cylinder, 'secondary'):.0f}" if same else ""
-    said = float(expected.delay_with_lower_mass[0]), struck.flight(flights, "secondary"), wide
-    return row("delay", struck.delay(flights), *said, theory=float(expected.delay[0]), length=length * 1e3)
+    # The thesis prints no number for the secondary wave.
+    for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3):
+        at, by = flights.sel(length=length, method="nearest"), 1e6 * expected(np.array([length]))
+        said = f"equation 6.32, without the lower mass: {float(by.delay[0]):.1f}, with a third of it "
+        said += f"{float(by.delay_with_mass[0]):.1f}; TOF {float(at.sel(wave='secondary')):.0f} µs"
+        delay = float(at.sel(wave="secondary") - at.sel(wave="primary"))
+        yield Number(f"secondary after primary wave, {1e3 * length:.4g} mm", delay, said, "µs")
+    secondary = data.amplitude_ratio.sel(wave="secondary", dashpot=DASHPOT)
+    yield Number("AR, secondary", rods.ends(secondary), "figure 6.14; the text has no number")
+    apart = rods.beyond_rod(data, "amplitude_ratio").values
+    said = f"{apart[0]:+.3f} compared with the rod, {apart[-1]:+.3f} at 152.4 mm: PTFE bonded to steel cannot widen"
+    wide = float(data.solid_amplitude_ratio.sel(wave="primary")[0])
+    yield Number("AR, primary, 9.52 mm, axisymmetric", wide, said)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force map (6.12)."""
-    return layers_figures(data, THESIS, "PTFE")
+    return layers_figures(data, expected, "PTFE")

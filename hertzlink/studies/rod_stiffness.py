@@ -1,28 +1,24 @@
 """Thesis section 6.1.1: dependence of the reflected waves on the stiffness of a clamped cylinder."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import xarray as xr
+from scipy.signal import lfilter
 
 import hertzlink as hl
-from hertzlink.studies import draw, waves
-from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.results import named, over, scalars, with_units
-from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, DASHPOTS, SENSOR, THESIS, UNTIL, WAVES
-from hertzlink.studies.table import Row, Rows
+from hertzlink.studies import draw, rods, shared
+from hertzlink.studies.compare import Case, Number
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
-row = Rows("rod_stiffness")
-LENGTH, RADIUS = 76.2e-3, 19.1e-3
+STEEL, LENGTH, RADIUS = hl.STEEL_440C, 76.2e-3, 19.1e-3
 MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
-# Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory.
-BODIES = ("cylinder", "half-space")
-WALLS = {"steel 440C": hl.STEEL_440C, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
+BODIES = ("cylinder", "half-space")  # Compared with the rod.
+WALLS = {"steel": STEEL, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
 TIME_CONSTANT = 1e-3  # s, RC of the piezoelectric discs (section 2.2).
-DISPLACED = "while the bead is displaced by more than 1 % of its greatest displacement"
+DISPLACED = "the bead displaced by more than 1 % of its greatest displacement"
 FAR_SENSOR = 12  # Incident and reflected wave are timed between this sensor and sensor 7, both away from the ends.
 
 
@@ -34,251 +30,200 @@ def layers(material: hl.Material) -> list[hl.Layer]:
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
 
-    Over the modulus, density and Poisson's ratio stay those of 440C steel. Names with "material" belong to rods, with
-    "solid" to axisymmetric cylinders and half-spaces, with "wall" to the two rods whose chains are shown bead by bead.
-    quick: every sixth modulus, steel 440C and PTFE only.
+    Over the modulus, density and Poisson's ratio stay those of 440C steel. material_…: rods; solid_…: axisymmetric
+    cylinders and half-spaces; wall_…: the two rods whose chains are shown bead by bead. quick: every sixth modulus,
+    steel 440C and PTFE only.
     """
     jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
-    materials = WALLS if quick else {m.name: m for m in hl.MATERIALS.values()}
+    materials = {m.name: m for m in (WALLS if quick else hl.MATERIALS).values()}
 
     def stiff(youngs_modulus: float) -> hl.CoSimulation:
-        material = replace(hl.STEEL_440C, youngs_modulus=youngs_modulus, name="")
-        return hl.CoSimulation(THESIS.chain(), THESIS.slender(layers(material)))
+        return hl.CoSimulation(
+            shared.chain(), shared.rod(layers(replace(STEEL, youngs_modulus=youngs_modulus, name="")))
+        )
 
     def real(material: str, dashpot: float) -> hl.CoSimulation:
-        return hl.CoSimulation(THESIS.chain(dashpot), THESIS.slender(layers(materials[material])))
+        return hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material])))
 
     def wide(material: str, body: str) -> hl.CoSimulation:
         wall = materials[material]
-        cylinder = hl.half_space(wall) if body == "half-space" else THESIS.solid(layers(wall))
-        return hl.CoSimulation(THESIS.chain(), cylinder)
+        return hl.CoSimulation(
+            shared.chain(), hl.half_space(wall) if body == "half-space" else shared.cylinder(layers(wall))
+        )
 
-    moduli = MODULI[::6] if quick else MODULI
-    data = hl.sweep(stiff, UNTIL, jobs, struck.with_forces, youngs_modulus=moduli)
-    rods = hl.sweep(real, UNTIL, jobs, struck.measure, material=list(materials), dashpot=DASHPOTS)
-    solids = hl.sweep(wide, UNTIL, jobs, struck.measure, material=list(materials), body=BODIES)
-    data = data.assign(named(rods, "material").data_vars).assign(named(solids, "solid").data_vars)
+    data = hl.sweep(stiff, shared.RECORD, jobs, rods.with_forces, youngs_modulus=MODULI[::6] if quick else MODULI)
+    real_rods = hl.sweep(real, shared.RECORD, jobs, rods.measure, material=list(materials), dashpot=shared.DASHPOTS)
+    solids = hl.sweep(wide, shared.RECORD, jobs, rods.measure, material=list(materials), body=BODIES)
+    data = data.assign(shared.named(real_rods, "material").data_vars).assign(shared.named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
-    with_units(data, youngs_modulus="Pa", dashpot="N s/m")
-    return data.merge(walls(), combine_attrs="override")
+    shared.with_units(data, youngs_modulus="Pa", dashpot="N s/m")
+    return data.merge(shared.named(shared.over(against, wall=list(WALLS)), "wall"), combine_attrs="override")
 
 
-def walls() -> xr.Dataset:
-    """Return the motion of beads on the stiffest and the softest rod, the force at the sensors, and the energies."""
+def against(wall: str) -> xr.Dataset:
+    """Return the motion of beads on the stiffest or the softest rod, the force at the sensors, and the energies."""
+    run = hl.CoSimulation(shared.chain(), shared.rod(layers(WALLS[wall]))).run(shared.RECORD)
+    moved, time = run.displacement.sel(bead=shared.BEADS), run.time.values
 
-    def against(wall: str) -> xr.Dataset:
-        run = hl.CoSimulation(THESIS.chain(), THESIS.slender(layers(WALLS[wall]))).run(UNTIL)
-        behind = hl.reflections(struck.high_pass(run, TIME_CONSTANT), SENSOR).primary
-        stiffness = THESIS.wall(WALLS[wall])
-        resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
-        overlap = run.displacement.sel(bead=BEADS) - run.surface_displacement + resting
-        stored = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
-        share = stored / (run.kinetic_energy + run.contact_energy + run.structure_energy)
-        last = run.contact_force.sel(contact=BEADS, drop=True).assign_attrs(
-            long_name="force between the last two beads"
-        )
-        data = scalars(
-            energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
-            speed_ratio=(_speed_ratio(run), "1", "speed of the primary wave / that of the incident one"),
-            filtered_ratio=(behind.amplitude_ratio if behind else np.nan, "1", "AR behind the sensor's high-pass"),
-            displaced=(_displaced_for(run.time.values, run.displacement.sel(bead=BEADS).values), "s", DISPLACED),
-        )
-        force = waves.sensor_forces(run, struck.SENSORS)
-        return data.assign(displacement=run.displacement, sensor_force=force, last_force=last).reset_coords(drop=True)
+    # The energy of the last contact, of what is left in the chain and the rod.
+    stiffness = shared.wall_stiffness(shared.BEAD, WALLS[wall])
+    resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
+    stored = 0.4 * stiffness * (moved - run.surface_displacement + resting).clip(min=0.0) ** 2.5
+    share = stored / (run.kinetic_energy + run.contact_energy + run.structure_energy)
 
-    return named(over(against, wall=list(WALLS)), "wall")
+    # The signal of sensor 7 whose disc loses its charge: y′ + y/RC = x′, exact for a force that is straight in a step.
+    decay, step = np.exp(-time[1] / TIME_CONSTANT), time[1]
+    gain = (1.0 - decay) * TIME_CONSTANT / step
+    filtered = lfilter([gain, -gain], [1.0, -decay], hl.sensor_force(run, shared.SENSOR).values)
+    behind = hl.reflections(hl.as_signal(time, {shared.SENSOR: filtered}), shared.SENSOR).primary
 
+    # The speeds of the incident and of the reflected wave between two sensors away from both ends.
+    near, far = (hl.reflections(run, sensor) for sensor in (shared.SENSOR, FAR_SENSOR))
+    slower = np.nan
+    if near.incident and far.incident and near.primary and far.primary:
+        slower = (far.incident.arrival - near.incident.arrival) / (near.primary.arrival - far.primary.arrival)
 
-def _displaced_for(time: Vector, moved: Vector) -> float:
-    """Return how long, s, a bead stays displaced by more than 1 % of its greatest displacement, around that."""
-    deepest, low = int(moved.argmax()), moved <= 0.01 * moved.max()
+    # How long the last bead stays displaced by more than 1 % of its greatest displacement.
+    deepest, low = int(moved.values.argmax()), moved.values <= 0.01 * float(moved.max())
     after = np.flatnonzero(low[deepest:])
-    start = float(time[np.flatnonzero(low[:deepest])[-1]])
-    return float(time[deepest + after[0]]) - start if after.size else float("nan")
+    displaced = time[deepest + after[0]] - time[np.flatnonzero(low[:deepest])[-1]] if after.size else np.nan
 
-
-def _speed_ratio(run: xr.Dataset) -> float:
-    """Return the speed of the primary wave over that of the incident one, between two sensors away from both ends."""
-    near, far = (hl.reflections(run, sensor) for sensor in (SENSOR, FAR_SENSOR))
-    if not (near.incident and far.incident and near.primary and far.primary):
-        return float("nan")
-    return (far.incident.arrival - near.incident.arrival) / (near.primary.arrival - far.primary.arrival)
+    last = run.contact_force.sel(contact=shared.BEADS, drop=True).assign_attrs(
+        long_name="force between the last two beads"
+    )
+    data = shared.scalars(
+        energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
+        speed_ratio=(slower, "1", "speed of the primary wave / that of the incident one"),
+        filtered_ratio=(behind.amplitude_ratio if behind else np.nan, "1", "AR behind the sensor's high-pass"),
+        displaced=(displaced, "s", DISPLACED),
+    )
+    force = shared.sensor_forces(run, rods.SENSORS)
+    return data.assign(displacement=run.displacement, sensor_force=force, last_force=last).reset_coords(drop=True)
 
 
 def collisions(data: xr.Dataset) -> tuple[float, ...]:
     """Return when, s, bead 20 is deepest in the softest rod, and when it then hits bead 19, at most twice."""
     soft = data.isel(wall=-1)
-    force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
+    force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=shared.BEADS).values.argmax())
     hits = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
     return tuple(float(data.time[i]) for i in (deepest, *hits))
 
 
-def table(data: xr.Dataset) -> list[Row]:
-    """Return the numbers of section 6.1.1 and Table 2.1, compared with ours."""
-    return [*_waves(data), *_sensor(data), *_last_bead(data), *_critical(data), *_solid(data), *table_2_1()]
+def numbers(data: xr.Dataset) -> Iterator[Number]:
+    """Yield the numbers of section 6.1.1 and figures 6.2 to 6.6."""
+    yield Number("definition of AR", True)
+    yield Number("definition of TOF", True)
+    middle = {wall: data.sel(material=material.name, dashpot=shared.DASHPOT) for wall, material in WALLS.items()}
+    yield Number("incident wave at sensor 7", 1e6 * float(middle["steel"].material_incident_arrival))
 
+    for wall, material in WALLS.items():
+        rod_waves = data.sel(material=material.name, wave="primary")
+        solid, space = (rod_waves.sel(body=body) for body in BODIES)
+        filtered = float(data.wall_filtered_ratio.sel(wall=wall))
+        readings: dict[str, Case] = {
+            "behind the sensor's RC": filtered,
+            "axisymmetric": float(solid.solid_amplitude_ratio),
+        }
+        yield Number(f"AR, {wall}", rods.over_dashpots(rod_waves.material_amplitude_ratio) | readings)
+        yield Number(f"AR, {material.name}, behind the sensor's RC", filtered, f"RC = {1e3 * TIME_CONSTANT:g} ms")
+        flights = 1e6 * float(solid.solid_time_of_flight), 1e6 * float(space.solid_time_of_flight)
+        said = f"TOF {flights[0]:.1f} µs; half-space {float(space.solid_amplitude_ratio):.3f} and {flights[1]:.1f} µs"
+        yield Number(f"AR, {material.name}, axisymmetric", float(solid.solid_amplitude_ratio), said)
+        theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, material)))
+        flight = rods.over_dashpots(rod_waves.material_time_of_flight, 1e6)
+        yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}")
 
-def table_2_1() -> list[Row]:
-    """Return the 27 numbers of Table 2.1, densities and elastic constants, and those of hertzlink."""
-    rows, of_table = [], Rows("table_2_1")
-    for name in of_table.entries:
-        constant, _, material = name.partition(", ")
-        constants = hl.MATERIALS[material]
-        ours = {"density": constants.density, "Young's modulus": 1e-9 * constants.youngs_modulus}
-        rows.append(of_table(name, ours.get(constant, constants.poisson_ratio)))
-    return rows
+        # The last bead: equation 6.6, and its contact, also as it is read from the bead's displacement.
+        energy = 0.5 * shared.BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * shared.SPEED) ** 2
+        deepest = 1e6 * (2.5 * energy / shared.wall_stiffness(shared.BEAD, material)) ** 0.4
+        largest = rods.over_dashpots(rod_waves.material_largest_displacement, 1e6)
+        yield Number(f"largest displacement of bead 20, {wall}", largest, f"equation 6.6: {deepest:.4g}")
+        contact = rods.over_dashpots(rod_waves.material_contact_time, 1e6)
+        displaced: dict[str, Case] = {DISPLACED: 1e6 * float(data.wall_displaced.sel(wall=wall))}
+        yield Number(f"contact with {wall}", contact | displaced)
+        energy_share = float(data.wall_energy_share.sel(wall=wall))
+        yield Number(f"energy that becomes potential, {wall}", energy_share)
 
+    steel, ptfe = (1e6 * middle[wall].material_time_of_flight for wall in WALLS)
+    yield Number("TOF, PTFE over steel", 100.0 * float(ptfe.sel(wave="primary") / steel.sel(wave="primary") - 1.0))
+    yield Number("SSW after PSW, PTFE", float(ptfe.sel(wave="secondary") - ptfe.sel(wave="primary")))
+    hard, soft = (100.0 * (1.0 - data.wall_speed_ratio.values)).tolist()
+    yield Number("reflected wave slower than incident, steel", hard, f"PTFE: {soft:.1f} %")
+    deepest, first, second = (1e6 * time for time in collisions(data))
+    yield Number("bead 20 deepest in PTFE", deepest)
+    yield Number("first collision of beads 20 and 19, PTFE", first)
+    yield Number("second collision, PTFE", second, f"{second - first:.0f} µs after the first")
 
-def _both(
-    data: xr.Dataset, label: str, name: str, factor: float = 1.0, first: Sequence[float] = (),
-    theory: Sequence[float | str] = ("", ""), displaced: Sequence[float] = (),
-) -> Iterable[Row]:  # fmt: skip
-    """Return the rows of steel and of PTFE. first, theory, displaced: a value for each."""
-    for i, (short, material) in enumerate(zip(("steel", "PTFE"), WALLS, strict=True)):
-        values = data[f"material_{name}"].sel(material=material)
-        values = values.sel(wave="primary") if "wave" in values.dims else values
-        ours = float(values.sel(dashpot=DASHPOT).fillna(0.0)) * factor
-        others = struck.over_dashpots(values, factor) | ({DISPLACED: displaced[i]} if displaced else {})
-        said = *first[i : i + 1], struck.sensitivity(values, factor)
-        yield row(f"{label} {short}", ours, *said, theory=theory[i], otherwise=others)
-
-
-def _waves(data: xr.Dataset) -> list[Row]:
-    steel, ptfe = (data.sel(material=name, dashpot=DASHPOT) for name in WALLS)
-    flights = [struck.flight(of.material_time_of_flight) for of in (steel, ptfe)]
-    theory = [float(THESIS.time_of_flight(THESIS.wall(m))) * 1e6 for m in WALLS.values()]
-    slower = [100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall=name))) for name in WALLS]
-    return [
-        row("definition of AR", "F_ref/F_in", holds=True),
-        row("definition of TOF", "peak to peak", holds=True),
-        row("incident wave at sensor 7", float(steel.material_incident_arrival) * 1e6),
-        *_both(data, "AR,", "amplitude_ratio"),
-        *_both(data, "TOF,", "time_of_flight", 1e6, theory),
-        row("TOF, PTFE over steel", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %"),
-        row("SSW after PSW, PTFE", struck.delay(ptfe.material_time_of_flight)),
-        row("reflected wave slower than incident, steel", f"{slower[0]:.1f} %", slower[1]),
-    ]
-
-
-def _contacts(data: xr.Dataset) -> Iterable[Row]:
-    """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
-    return _both(data, "contact with", "contact_time", 1e6, displaced=(1e6 * data.wall_displaced).values.tolist())
-
-
-def _displaced(data: xr.Dataset) -> Iterable[Row]:
-    """Return the rows of the last bead's displacement, with equation 6.6."""
-    energy = 0.5 * THESIS.sphere.mass * (PARTICLE_TO_STRIKER_SPEED * THESIS.speed) ** 2
-    deepest = [1e6 * (2.5 * energy / THESIS.wall(wall)) ** 0.4 for wall in WALLS.values()]
-    return _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6, theory=deepest)
-
-
-def _sensor(data: xr.Dataset) -> Iterable[Row]:
-    """Return the effect on AR of the time constant of the sensors, which section 2.2 gives."""
-    for name in WALLS:
-        plain = struck.ratio(data.material_amplitude_ratio.sel(material=name, dashpot=DASHPOT))
-        seen = float(data.wall_filtered_ratio.sel(wall=name))
-        yield row(f"AR, {name}, behind the sensor's RC", seen, plain, 1e3 * TIME_CONSTANT)
-
-
-def _last_bead(data: xr.Dataset) -> list[Row]:
-    """Return its motion, and the energy that its contact stores."""
-    deepest, first, second = (time * 1e6 for time in collisions(data))
-    hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
-    return [
-        *_displaced(data),
-        *_contacts(data),
-        row("bead 20 deepest in PTFE", deepest),
-        row("first collision of beads 20 and 19, PTFE", first),
-        row("second collision, PTFE", second, second - first),
-        row("energy that becomes potential, steel", hard),
-        row("energy that becomes potential, PTFE", soft),
-    ]
-
-
-def _critical(data: xr.Dataset) -> list[Row]:
-    critical, steel = hl.theory.critical_modulus(hl.STEEL_440C), hl.STEEL_440C.youngs_modulus
+    critical = hl.theory.critical_modulus(STEEL)
+    yield Number("E below which SSW form, over the bead's", critical / STEEL.youngs_modulus)
+    yield Number("modulus below which SSW form", critical * 1e-9)
     secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
-    gap = data.youngs_modulus.where(secondary == 0.0)
-    tail = f"SSW here part from the primary wave's tail below {float(gap.min()) * 1e-9:.0f} GPa only"
-    if float(data.youngs_modulus.max()) > float(gap.max()):
-        tail += f", and what is above {float(gap.max()) * 1e-9:.0f} GPa are the last beads' small collisions"
-    return [
-        row("E below which SSW form, over the bead's", critical / steel),
-        row("modulus below which SSW form", critical * 1e-9),
-        row("SSW there, over the incident wave", float(secondary.interp(youngs_modulus=critical)), tail),
-        row("steel stiffer than PTFE", f"{steel / hl.PTFE.youngs_modulus:.0f} times"),
-    ]
-
-
-def _solid(data: xr.Dataset) -> Iterable[Row]:
-    for name in WALLS:
-        rod, *wide = data.sel(material=name, dashpot=DASHPOT), *(data.sel(material=name, body=b) for b in BODIES)
-        (ratio, flight), space = (
-            (struck.ratio(body.solid_amplitude_ratio), struck.flight(body.solid_time_of_flight)) for body in wide
-        )
-        apart = ratio - struck.ratio(rod.material_amplitude_ratio)
-        later = flight - struck.flight(rod.material_time_of_flight)
-        yield row(f"AR, {name}, axisymmetric", ratio, apart, later, *space)
+    gap = 1e-9 * float(data.youngs_modulus.where(secondary == 0.0).min())
+    said = f"below {gap:.0f} GPa SSW part from the primary wave's tail"
+    yield Number("SSW there, over the incident wave", float(secondary.interp(youngs_modulus=critical)), said)
+    yield Number("steel stiffer than PTFE", STEEL.youngs_modulus / hl.PTFE.youngs_modulus, "times")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force map (6.5)."""
-    force = data.sensor_force.sel(sensor=SENSOR).transpose("youngs_modulus", "time").values
+    label = "Young's modulus of the rod (GPa)"
+    histories, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.0)
+    for axis, wall in panels:
+        draw.lines(axis, wall.wall_sensor_force, "time", "sensor", "at bead {}", 1e6)
+        axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
+    panels[0][0].set_ylabel("force above the preload (N)")
+    panels[0][0].legend()
     return {
-        "stiffness": _over_modulus(data),
-        "force_intensity": draw.intensity_map(data.time.values, data.youngs_modulus.values, force),
-        "force_histories": _histories(data),
-        "displacements": _displacements(data),
+        "stiffness": over_modulus(data),
+        "force_intensity": draw.intensity_map(
+            data.sensor_force.sel(sensor=shared.SENSOR), "youngs_modulus", label, 1e-9
+        ),
+        "force_histories": histories,
+        "displacements": displacements(data),
     }
 
 
-def _over_modulus(data: xr.Dataset) -> draw.Figure:
-    figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
-    modulus, label = data.youngs_modulus.values, "Young's modulus of the cylinder (GPa)"
-    real_modulus = data.material_modulus * 1e-9
-    for axis, name, factor, what in (
-        (axes[0], "time_of_flight", 1e6, "time of flight (µs)"),
-        (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
-    ):
-        rods = data[f"material_{name}"].sel(dashpot=DASHPOT)
+def over_modulus(data: xr.Dataset) -> draw.Figure:
+    """Return TOF and AR over Young's modulus, with real materials and axisymmetric cylinders."""
+    label, labels = "Young's modulus of the cylinder (GPa)", ("time of flight (µs)", "amplitude ratio AR")
+    figure, axes = draw.panels(2, width=3.9, height=3.4, ylabels=labels)
+    modulus, real_modulus = data.youngs_modulus * 1e-9, data.material_modulus * 1e-9
+    for axis, name, factor in ((axes[0], "time_of_flight", 1e6), (axes[1], "amplitude_ratio", 1.0)):
+        real = data[f"material_{name}"].sel(dashpot=shared.DASHPOT)
         cylinders = data[f"solid_{name}"].sel(body="cylinder")
-        for colour, wave in zip(draw.COLOURS, WAVES, strict=False):
-            axis.plot(modulus * 1e-9, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
-            axis.plot(real_modulus, factor * rods.sel(wave=wave), "o", color=colour)
+        for colour, wave in zip(draw.COLOURS, rods.WAVES, strict=False):
+            axis.plot(modulus, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
+            axis.plot(real_modulus, factor * real.sel(wave=wave), "o", color=colour)
             axis.plot(real_modulus, factor * cylinders.sel(wave=wave), "x", color=colour)
-        axis.set(xscale="log", xlabel=label, ylabel=what)
+        axis.set(xscale="log", xlabel=label)
         axis.xaxis.set_major_formatter("{x:g}")
-    walls = [THESIS.wall(replace(hl.STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
-    draw.theory_line(axes[0], modulus * 1e-9, THESIS.time_of_flight(np.array(walls)) * 1e6, "theory of contact times")
+    steels = [replace(STEEL, youngs_modulus=value, name="") for value in data.youngs_modulus.values]
+    walls: Vector = np.array([shared.wall_stiffness(shared.BEAD, steel) for steel in steels])
+    draw.theory_line(axes[0], modulus, shared.time_of_flight(walls) * 1e6, "theory of contact times")
     axes[1].plot([], [], "o", color="grey", label="rods of real materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
-    draw.marked(
-        axes[1], hl.theory.critical_modulus(hl.STEEL_440C) * 1e-9, "theory: secondary\nwaves left of this", left=True
-    )
+    critical = hl.theory.critical_modulus(STEEL) * 1e-9
+    axes[1].axvline(critical, color="grey", linestyle=":", label="theory: secondary\nwaves left of this")
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend()
     axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")
     return figure
 
 
-def _histories(data: xr.Dataset) -> draw.Figure:
-    figure, panels = draw.each(
-        data, "wall", "against {}".format, width=3.9, height=3.0, ylabels=["force above the preload (N)"]
-    )
-    for axis, wall in panels:
-        draw.histories(axis, wall.wall_sensor_force)
-    panels[0][0].legend()
-    return figure
-
-
-def _displacements(data: xr.Dataset) -> draw.Figure:
+def displacements(data: xr.Dataset) -> draw.Figure:
+    """Return the displacements of striker and beads over time: bead 7 thick, the last one red, with its collisions."""
     figure, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4)
     for axis, wall in panels:
-        draw.displacements(axis, wall.wall_displacement, SENSOR)
-    last, look = data.wall_displacement.isel(wall=-1).sel(bead=BEADS) * 1e6, draw.Look(markerfacecolor="none")
-    for time, marker, which in zip(collisions(data)[1:], ("o", "s"), ("first", "second"), strict=False):
-        at, label = float(last.sel(time=time)), f"{which} collision"
-        axis.plot(time * 1e6, at, marker, color="black", markersize=6.0, label=label, **look)
+        axis.plot(
+            1e6 * data.time, 1e6 * wall.wall_displacement.transpose("time", "bead"), "-", color="grey", linewidth=0.5
+        )
+        for bead, colour in ((shared.SENSOR, draw.COLOURS[0]), (shared.BEADS, draw.COLOURS[1])):
+            moved = 1e6 * wall.wall_displacement.sel(bead=bead)
+            axis.plot(1e6 * data.time, moved, "-", color=colour, linewidth=1.8, label=f"bead {bead}")
+        axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
+    for time, marker, which in zip(collisions(data)[1:], "os", ("first", "second"), strict=False):
+        at, look = float(moved.sel(time=time)), draw.Look(color="black", markersize=6.0, markerfacecolor="none")
+        axis.plot(time * 1e6, at, marker, label=f"{which} collision", **look)
     top = float(data.wall_displacement.max()) * 1e6
     panels[0][0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
     axis.legend()

@@ -6,70 +6,74 @@ from textwrap import wrap
 import xarray as xr
 
 from coupling.files.loading import read_netcdf
+from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import stored
-from hertzlink.studies import STUDIES, LongStudy, Study, draw
-from hertzlink.studies.table import WIDTH, text
+from hertzlink.studies import STUDIES, Study, captions, draw
+from hertzlink.studies.compare import compare, table
 
-TABLE, REPORT = "table.txt", "report.html"  # File names of the table and of the report.
-# The remark on every table, figure, report and Dataset of a run with --quick.
-QUICK = "quick run (--quick), for a first look only"
-REMARK_HEIGHT = 0.2  # Height, in inches, of each line of small text in the strip below a figure that holds remarks.
-LETTERS_PER_INCH = 14  # About as many of such text fit.
+TABLE, REPORT = "table.txt", "report.html"
+QUICK = "quick run (--quick), for a first look only"  # The remark on all files of such a run.
 # Formats of figures, and the name under which their files hold a remark.
 FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
 
 
 class Written:
-    """The table and the figures of a study's data, made once and then written."""
+    """The table and the figures of a study's data, made once and then written. `shown` is for the terminal."""
 
-    def __init__(self, name: str, study: Study, data: xr.Dataset, form: str = "png") -> None:
+    def __init__(self, name: str, of: Study, data: xr.Dataset, form: str = "png") -> None:
         self.name, self.data, self.form = name, data, form
-        self._comment = str(data.attrs.get("comment", ""))
-        self._rows = study.table(data)
+        self.remark = str(data.attrs.get("comment", ""))
+        # The study of the thesis has a table and a summary of its own.
+        self.rows = of.table(data) if hasattr(of, "table") else compare(name, of.numbers(data))
         with draw.style():
-            self._figures = study.figures(data)
-        self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(self._rows)
-        self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
-        """What a terminal shows."""
+            self.figures = of.figures(data)
+        self.table = "\n\n".join(filter(None, (self.remark, table(self.rows))))
+        self.shown = of.summary(data) if hasattr(of, "summary") else self.table
 
     def write(self, into: Path, data: xr.Dataset | None = None) -> None:
-        """Write all files but the list of them. data: the Dataset with its provenance and warnings.
-
-        Without data what is drawn from the netCDF file is written, and no such file.
-        """
+        """Write all files. data: the Dataset with its provenance and warnings; without it no netCDF file is written."""
         if data is not None:
             (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
-        for title, figure in self._figures.items():
-            if self._comment:
-                stamp(figure, self._comment)
-            noted = {FORMATS[self.form]: self._comment} if self._comment else None
-            figure.savefig(into / f"{title}.{self.form}", metadata=noted)
-        # Here: other commands need no report.
-        from hertzlink.reports.of_studies import study_report
+        for title, figure in self.figures.items():
+            if self.remark:
+                stamp(figure, self.remark)
+            metadata = {FORMATS[self.form]: self.remark} if self.remark else None
+            figure.savefig(into / f"{title}.{self.form}", metadata=metadata)
+        (into / REPORT).write_text(self.report(self.data if data is None else data), encoding="utf-8")
 
-        shown = self.data if data is None else data
-        page = study_report(self.name, shown, self._rows, self._figures, self._comment)
-        (into / REPORT).write_text(page, encoding="utf-8")
+    def report(self, data: xr.Dataset) -> str:
+        """Return the report as HTML; the time that the study took, s, is the attribute `time_taken` of the data."""
+        # Here: other commands need no report.
+        from hertzlink.reports.page import Page, Picture, Table, html, usual_facts
+        from hertzlink.reports.report import sketch_and_input
+
+        words, took = captions(self.name), data.attrs.get("time_taken")
+        sketch, texts = sketch_and_input(data)
+        numbers = [row.cells for row in self.rows], [row.remark for row in self.rows]
+        page = Page(
+            f"Study {self.name}",
+            [STUDIES[self.name], "Equations, figures, tables and sections are those of the thesis."],
+            [*(Picture(figure, words[name], name) for name, figure in self.figures.items()), *sketch],
+            [Table("Numbers of the thesis and of hertzlink", HEAD, *numbers)],
+            one_of_each(findings_of(data)),
+            texts,
+            usual_facts(None if took is None else float(took), data.attrs),
+            self.remark,
+        )
+        return html(page)
 
 
 def stamp(figure: draw.Figure, words: str) -> None:
-    """Write words into a separate strip below a figure."""
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    lines = fill(words, int(LETTERS_PER_INCH * figure.get_figwidth()))
-    figure.set_figheight(figure.get_figheight() + lines.count("\n") * REMARK_HEIGHT)
-    strip = (1 + lines.count("\n")) * REMARK_HEIGHT / figure.get_figheight()
+    """Write words into a separate strip below a figure: 14 letters an inch, lines of 0.2 inches."""
+    lines = wrap(words, int(14 * figure.get_figwidth()))
+    figure.set_figheight(figure.get_figheight() + 0.2 * (len(lines) - 1))
+    strip = 0.2 * len(lines) / figure.get_figheight()
     layout = figure.get_layout_engine()
-    if isinstance(layout, ConstrainedLayoutEngine):
-        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
-    below = 0.06 / figure.get_figheight()
-    figure.text(0.99, below, lines, ha="right", va="bottom", color="firebrick", fontsize="small")
-
-
-def fill(words: str, width: int = WIDTH) -> str:
-    """Return the lines of words, none longer than a number of letters."""
-    return "\n".join(part for line in words.splitlines() for part in wrap(line, width))
+    if layout is not None:
+        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))  # type: ignore[call-arg]
+    look = draw.Look(ha="right", va="bottom", color="firebrick", fontsize="small")
+    figure.text(0.99, 0.06 / figure.get_figheight(), "\n".join(lines), **look)
 
 
 def read_study(file: Path) -> tuple[str, xr.Dataset]:

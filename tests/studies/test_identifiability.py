@@ -4,27 +4,18 @@ from math import inf
 
 import numpy as np
 import pytest
-import xarray as xr
-from printed import check
+from quick import quick
 
 import hertzlink as hl
 from coupling.inference.information import Sensitivities
 from hertzlink.studies import identifiability as study
-from hertzlink.studies import identifiable_cases as cases
-
-THOROUGH_FIXTURES = ("quick",)
 
 BEADS = 9.53e-3
 
 
-@pytest.fixture(scope="module")
-def quick() -> xr.Dataset:
-    return study.run(quick=True)
-
-
 def changes(distance: float, **how: float) -> Sensitivities:
     values = {"distance": distance, "thickness": 4.83e-3, "impact_speed": 0.31}
-    return Sensitivities(cases.edge_design(BEADS, values, **how))
+    return Sensitivities(study.edge_design(BEADS, values, **how))
 
 
 @pytest.fixture(scope="module")
@@ -36,31 +27,31 @@ def test_an_edge_whose_echo_is_late_is_blind() -> None:
     """The fastest resolved bending wave has the group speed 2 √(a ω): its echo is back after the end of the record."""
     alloy = hl.ALUMINIUM_6061
     diffusion = 4.83e-3 * (alloy.youngs_modulus / 12.0 / (1.0 - alloy.poisson_ratio**2) / alloy.density) ** 0.5
-    speed = 2.0 * (diffusion * 2.0 * np.pi * cases.HIGHEST_FREQUENCY) ** 0.5
-    far = changes(0.6 * speed * max(cases.RECORDS))
-    assert all(far.waveform(sensors)["distance"] == inf for sensors in cases.MEASURED.values())
+    speed = 2.0 * (diffusion * 2.0 * np.pi * study.HIGHEST_FREQUENCY) ** 0.5
+    far = changes(0.6 * speed * max(study.RECORDS))
+    assert all(far.waveform(sensors)["distance"] == inf for sensors in study.MEASURED.values())
     assert far.waveform((7,))["impact_speed"] < 0.05
 
 
 def test_bounds_are_proportional_to_the_noise(near: Sensitivities) -> None:
-    double = changes(0.06, noise=2.0 * cases.NOISE).waveform((7, 13))
+    double = changes(0.06, noise=2.0 * study.NOISE).waveform((7, 13))
     assert double == pytest.approx({name: 2.0 * bound for name, bound in near.waveform((7, 13)).items()}, rel=1e-9)
 
 
 def test_samples_average_out(near: Sensitivities) -> None:
     """Information is proportional to the number of samples."""
-    dense = changes(0.06, sample_every=0.5 * cases.SAMPLE_EVERY).waveform((7,), cases.RECORDS[0])
-    sparse = near.waveform((7,), cases.RECORDS[0])
+    dense = changes(0.06, sample_every=0.5 * study.SAMPLE_EVERY).waveform((7,), study.RECORDS[0])
+    sparse = near.waveform((7,), study.RECORDS[0])
     assert dense == pytest.approx({name: bound / np.sqrt(2.0) for name, bound in sparse.items()}, rel=0.03)
 
 
 def test_more_data_or_less_to_find_is_never_worse(near: Sensitivities) -> None:
     """Two sensors against each of them, a long record against a short one, one unknown against three."""
-    for record in cases.RECORDS:
+    for record in study.RECORDS:
         both = near.waveform((7, 13), record)
         for alone in (near.waveform((7,), record), near.waveform((13,), record)):
             assert all(both[name] <= bound * (1.0 + 1e-9) for name, bound in alone.items())
-    short, long = (near.waveform((7,), record) for record in cases.RECORDS)
+    short, long = (near.waveform((7,), record) for record in study.RECORDS)
     assert all(long[name] <= bound * (1.0 + 1e-9) for name, bound in short.items())
     assert near.waveform((7,), inf, ["distance"])["distance"] <= long["distance"]
 
@@ -69,10 +60,10 @@ def test_parts_are_what_information_reports(near: Sensitivities) -> None:
     """By its own runs, with its own steps."""
 
     def build(distance: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
-        return cases.edge_case(BEADS, distance, thickness, impact_speed)
+        return study.edge_case(BEADS, distance, thickness, impact_speed)
 
     own = hl.identifiability(
-        build, sensors=[7, 13], until=max(cases.RECORDS), distance=0.06, thickness=4.83e-3, impact_speed=0.31
+        build, sensors=[7, 13], until=max(study.RECORDS), distance=0.06, thickness=4.83e-3, impact_speed=0.31
     )
     assert near.waveform((7, 13)) == pytest.approx(own.relative, rel=0.05)
 
@@ -81,7 +72,7 @@ def test_the_accuracy_of_a_bound_is_noted_where_it_matters() -> None:
     """Not of one that makes an unknown blind, whatever it is."""
 
     def build(distance: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
-        return cases.edge_case(4.76e-3, distance, thickness, impact_speed)
+        return study.edge_case(4.76e-3, distance, thickness, impact_speed)
 
     known = hl.identifiability(build, until=1.4e-3, distance=0.06, thickness=4.83e-3, impact_speed=0.31)
     assert known.verdict("distance") == "blind"
@@ -89,8 +80,8 @@ def test_the_accuracy_of_a_bound_is_noted_where_it_matters() -> None:
 
 
 def test_two_numbers_do_not_give_three_unknowns(near: Sensitivities) -> None:
-    bounds = near.features((7,), cases.RECORDS[0], draws=8)
-    assert bounds(None) == dict.fromkeys(cases.EDGE_UNKNOWNS, inf)
+    bounds = near.features((7,), study.RECORDS[0], draws=8)
+    assert bounds(None) == dict.fromkeys(study.EDGE_UNKNOWNS, inf)
     two, one = (bounds(names)["distance"] for names in (("distance", "thickness"), ("distance",)))
     assert one <= two < inf
 
@@ -99,54 +90,48 @@ def test_an_alloy_of_any_modulus_bends_like_another_plate() -> None:
     """Its motion depends on E t⁴ and d⁴/(E t²) alone: no trace distinguishes such plates where the contact is known."""
     factor = 1.3
     plates = [
-        cases.edge_case(BEADS, 0.03, 4.83e-3, 0.31),
-        cases.edge_case(BEADS, 0.03 * factor**0.125, 4.83e-3 * factor**-0.25, 0.31, factor * 68.9e9),
+        study.edge_case(BEADS, 0.03, 4.83e-3, 0.31),
+        study.edge_case(BEADS, 0.03 * factor**0.125, 4.83e-3 * factor**-0.25, 0.31, factor * 68.9e9),
     ]
     forces = [hl.sensor_force(one.run(1e-3), 7).values for one in plates]
     assert forces[1] == pytest.approx(forces[0], abs=1e-3 * forces[0].max())
-    other = cases.edge_case(BEADS, 0.03, 4.83e-3, 0.31, factor * 68.9e9)
+    other = study.edge_case(BEADS, 0.03, 4.83e-3, 0.31, factor * 68.9e9)
     assert abs(hl.sensor_force(other.run(1e-3), 7).values - forces[0]).max() > 0.02 * forces[0].max()
 
 
 @pytest.mark.thorough
-def test_near_the_edge_one_combination_is_left(quick: xr.Dataset) -> None:
+def test_near_the_edge_one_combination_is_left() -> None:
     """That of statics, d²/E t³, known to a part of a per cent, and none of the three by itself."""
-    at = quick.sel(contact=cases.KNOWN, near=0.0125)
-    assert study._cosine(at.combination_of.values[0], study.STATICS) > 0.995
-    assert study._cosine(at.combination_of.values[-1], study.UNSEEN) > 0.999
+    at = quick("identifiability").sel(contact=study.KNOWN, near=0.0125)
+    assert study.cosine(at.combination_of.values[0], study.STATICS) > 0.995
+    assert study.cosine(at.combination_of.values[-1], study.UNSEEN) > 0.999
     best, middle, worst = at.combination_error.values
     assert best < 0.01 < 0.05 < middle
     assert worst > study.BLIND
 
 
 @pytest.mark.thorough
-def test_sensors_nearer_to_the_plate_see_farther(quick: xr.Dataset) -> None:
-    errors = quick.edge_error.sel(diameter=BEADS, free="all", unknown="distance", record=cases.RECORDS[0]).squeeze()
+def test_sensors_nearer_to_the_plate_see_farther() -> None:
+    errors = (
+        quick("identifiability")
+        .edge_error.sel(diameter=BEADS, free="all", unknown="distance", record=study.RECORDS[0])
+        .squeeze()
+    )
     far = errors.sel(distance=0.16)
     assert far.sel(measured="bead 7") > study.BLIND
     assert (far.sel(measured=["bead 13", "bead 16"]) < 0.05).all()
-    assert (errors.sel(distance=0.06).drop_sel(measured=cases.FEATURES) < 0.01).all()
-    assert (errors.sel(measured=cases.FEATURES) == inf).all()
+    assert (errors.sel(distance=0.06).drop_sel(measured=study.FEATURES) < 0.01).all()
+    assert (errors.sel(measured=study.FEATURES) == inf).all()
 
 
 @pytest.mark.thorough
-def test_bonds_are_seen_where_they_are_soft_compared_with_the_layer(quick: xr.Dataset) -> None:
+def test_bonds_are_seen_where_they_are_soft_compared_with_the_layer() -> None:
     """Compliances add, so a bond much stiffer than its layer is blind; of PTFE every epoxy is."""
-    errors = quick.bond_error.sel(bond_unknown="bond_stiffness", bond_measured="beads 7 and 13")
+    errors = quick("identifiability").bond_error.sel(bond_unknown="bond_stiffness", bond_measured="beads 7 and 13")
     assert (errors.sel(upper="PTFE", bond_stiffness=study.EPOXY) > study.BLIND).all()
     assert (errors.sel(upper="steel", bond_free="all", bond_stiffness=3e11) < 0.05).all()
     ratio = errors.sel(upper="PTFE") / errors.sel(upper="steel")
     assert (ratio > 1.0).all()
-
-
-@pytest.mark.thorough
-def test_table_and_figures(quick: xr.Dataset) -> None:
-    check("identifiability", study.table(quick))
-    figures = study.figures(quick)
-    assert list(figures) == ["distance_1.4_ms", "distance_2.8_ms", "bond"]
-    titles = [axis.get_title() for axis in figures["distance_1.4_ms"].axes]
-    assert "beads 7 and 13" in titles
-    assert figures["bond"].axes[-2].get_xlabel() == "stiffness of the bond (N/µm/mm²)"
 
 
 def test_a_tiny_grid_has_all_axes() -> None:
@@ -158,4 +143,4 @@ def test_a_tiny_grid_has_all_axes() -> None:
 
 @pytest.mark.parametrize(("error", "text"), [(0.00237, "0.24 %"), (0.499, "50 %"), (0.51, "blind"), (inf, "blind")])
 def test_half_widths_are_printed_or_blind(error: float, text: str) -> None:
-    assert study.printed(error) == text
+    assert study.percent(error) == text

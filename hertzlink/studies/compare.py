@@ -1,0 +1,241 @@
+"""Numbers of a study beside those that the thesis prints, which are lines of `printed.csv`: one rule for all.
+
+A printed number stands for all that round to it, or are cut off to it. TOLERANCE allows for more, by kind: the scatter
+between the thesis's own simulations, and that of its experiments.
+"""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from functools import cache
+from math import floor, inf, isnan, log10
+from pathlib import Path
+from textwrap import wrap
+from typing import NamedTuple
+
+Range = tuple[float, float]
+Case = float | Range | bool | str
+Ours = Case | Mapping[str, Case]
+"""A number, a range, whether a statement holds, or words; or one of these for each condition, by its name."""
+
+AGREES, DIFFERS, MISPRINT = VERDICTS = ("agrees", "differs", "misprint")
+HEAD = ("number", "thesis", "hertzlink", "verdict")
+WIDTH, INDENT = 80, "    "  # Letters in a line of a table; what a remark begins with.
+
+SIMULATION_ERROR = 1e-3  # Of our own runs, where a tolerance is allowed.
+TOLERANCE = {"equation": 0.0, "simulation": 0.01, "experiment": 0.05, "time": 0.01, "about": 0.11}
+"""Parts of the number, by what it comes from. Words, such as "good agreement", have a range of their own."""
+NOT_JUDGED = {
+    "input": "an input of the thesis, which nothing confirms",
+    "undefined": "not defined in the thesis",
+    "reading": "another reading of a number above",
+    "other": "not the quantity of the thesis",
+}
+"""Kinds of printed numbers without a verdict, and why."""
+
+
+class Number(NamedTuple):
+    """What a study finds. Of several conditions the first is the study's own; the others are open in the thesis.
+
+    unit: only where the thesis prints nothing; otherwise `printed.csv` has it.
+    """
+
+    name: str
+    ours: Ours
+    remark: str = ""
+    unit: str = ""
+
+
+class Printed(NamedTuple):
+    """A line of `printed.csv`: what the thesis prints of a number, where, and what it comes from, a key of TOLERANCE.
+
+    low, high: as printed, with all digits; equal for a single number, empty at an end that is open. words: what the
+    thesis prints instead of a number. corrected: what must stand there by the same author's other numbers. span: the
+    least and the greatest number that the thesis prints for the same quantity, by theory, simulation and experiment.
+    """
+
+    study: str
+    number: str
+    low: str
+    high: str
+    words: str
+    unit: str
+    source: str
+    kind: str
+    corrected: str
+    span: str
+    remark: str
+
+    @property
+    def text(self) -> str:
+        """What stands in the column "thesis"."""
+        return self.words or " to ".join(dict.fromkeys((self.low, self.high)))
+
+    @property
+    def ranges(self) -> tuple[Range, ...]:
+        """The numbers that round to the digits, with the tolerance of the kind; and those that are cut off to them."""
+        low, high = exact_range(self.low, self.high)
+        if self.kind not in TOLERANCE:
+            return ((low, high),)
+        cut_off = (low, high + last_digit(self.high))
+        if self.kind != "about":
+            low, high = rounded(self.low, self.high)
+        share = TOLERANCE[self.kind] and TOLERANCE[self.kind] + SIMULATION_ERROR
+        widened = (low - share * abs(low), high + share * abs(high))
+        return (widened,) if self.corrected or self.kind == "about" else (widened, cut_off)
+
+
+class Row(NamedTuple):
+    """A line of a table. `verdict` is empty where nothing is judged."""
+
+    number: str
+    unit: str
+    thesis: str
+    hertzlink: str
+    verdict: str
+    remark: str
+    off: float = 0.0
+
+    @property
+    def cells(self) -> tuple[str, str, str, str]:
+        """The texts below HEAD."""
+        return ", ".join(filter(None, (self.number, self.unit))), self.thesis, self.hertzlink, self.verdict
+
+
+@cache
+def printed(study: str) -> dict[str, Printed]:
+    """Return what the thesis prints for a study, by the name of the number."""
+    with Path(__file__).with_name("printed.csv").open(encoding="utf-8", newline="") as file:
+        return {row["number"]: Printed(**row) for row in csv.DictReader(file) if row["study"] == study}
+
+
+def compare(study: str, numbers: Iterable[Number]) -> list[Row]:
+    """Return the numbers of a study beside those of the thesis, with verdicts."""
+    known, rows = printed(study), []
+    for number in numbers:
+        line = known.get(number.name)
+        first, *others = as_cases(number.ours).items()
+        remarks = [f"{name}: {shown(case)}" for name, case in others]
+        if line is None:
+            rows.append(Row(number.name, number.unit, "", shown(first[1]), "", joined(number.remark, *remarks)))
+            continue
+        word, said, off = verdict(line, number.ours)
+        source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
+        ours = line.corrected if line.kind == "misprint" and word == MISPRINT else shown(first[1])
+        remark = joined(source, said, number.remark, line.remark, *remarks)
+        rows.append(Row(line.number, line.unit, line.text, ours, word, remark, off))
+    return rows
+
+
+def verdict(line: Printed, ours: Ours) -> tuple[str, str, float]:
+    """Return the verdict on a number; the condition under which it agrees, or the right number; by how much it differs.
+
+    Of several conditions the first must lie within what is printed; of the others, a part of each range.
+    """
+    if line.kind in NOT_JUDGED:
+        return "", "", 0.0
+    cases = as_cases(ours)
+    if line.kind == "misprint":  # ours: whether the printed form fails a check that the corrected one passes
+        return (MISPRINT, f"corrected: {line.corrected}", 0.0) if ours is True else (DIFFERS, "", 0.0)
+    for place, (name, case) in enumerate(cases.items()):
+        if any(agrees(expected, case, whole=place == 0) for expected in line.ranges):
+            return AGREES, f"with {name}: {shown(case)}" if place else "", 0.0
+    first = next(iter(cases.values()))
+    right = rounded(line.corrected, line.corrected)
+    if line.corrected and any(agrees(right, case) for case in cases.values()):
+        return MISPRINT, f"corrected: {line.corrected}", 0.0
+    if line.span and agrees(exact_range(*line.span.split(" to ")), first):
+        return AGREES, f"within what the thesis prints for it, {line.span}", 0.0
+    off = distance(line, first)
+    return DIFFERS, f"by {100.0 * off:+.2g} %" if off else "", off
+
+
+def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
+    """Return whether ours lies within the expected range, as a `whole` or in a part; or covers all of it."""
+    if isinstance(ours, bool | str):
+        return ours is True
+    low, high = as_range(ours)
+    if whole:
+        return (expected[0] <= low and high <= expected[1]) or low <= expected[0] <= expected[1] <= high
+    return expected[0] <= high and low <= expected[1]
+
+
+def distance(line: Printed, ours: Case) -> float:
+    """Return how far ours lies from the printed number, relatively, at the end that lies farther away."""
+    if isinstance(ours, bool | str):
+        return 0.0
+    ends = zip((line.low, line.high), as_range(ours), (min, max), strict=True)
+    known = [(float(Fraction(end)), value, outer) for end, value, outer in ends if end]
+    return max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
+
+
+def exact_range(low: str, high: str) -> Range:
+    """Return the range between two texts; an empty one is an open end."""
+    return float(Fraction(low)) if low else -inf, float(Fraction(high)) if high else inf
+
+
+def rounded(low: str, high: str) -> Range:
+    """Return the numbers that round to the digits of two texts."""
+    ends = exact_range(low, high)
+    return ends[0] - 0.5 * last_digit(low), ends[1] + 0.5 * last_digit(high)
+
+
+def as_cases(ours: Ours) -> dict[str, Case]:
+    """Return ours by condition; a single one has no name."""
+    return dict(ours) if isinstance(ours, Mapping) else {"": ours}
+
+
+def as_range(ours: float | Range) -> Range:
+    """Return the ends of a range, or twice the number."""
+    return (min(ours), max(ours)) if isinstance(ours, tuple) else (float(ours), float(ours))
+
+
+def last_digit(text: str) -> float:
+    """Return the size of one unit in the last digit; that of rounding errors for a fraction."""
+    if not text or "/" in text:
+        return 1e-9 if text else 0.0
+    mantissa, _, power = text.partition("e")
+    return 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+
+
+def shown(case: Case) -> str:
+    """Return ours in four digits."""
+    if isinstance(case, str):
+        return case
+    if isinstance(case, bool):
+        return "holds" if case else "does not hold"
+    low, high = (f"{end:.4g}" for end in as_range(case))
+    return "none" if isnan(as_range(case)[0]) else low if low == high else f"{low} to {high}"
+
+
+def bracketed(low: float, high: float) -> str:
+    """Return what lies between two runs, with the digits of half their distance; < high where low is 0."""
+    digits = max(0, -floor(log10(0.5 * (high - low))))
+    return f"{low:.{digits}f} to {high:.{digits}f}" if low > 0.0 else f"< {high:.{digits}f}"
+
+
+def joined(*parts: str) -> str:
+    """Return the parts that are not empty."""
+    return "; ".join(filter(None, parts))
+
+
+def counts(rows: Iterable[Row]) -> dict[str, int]:
+    """Return how many verdicts of each kind there are."""
+    words = [row.verdict for row in rows]
+    return {word: words.count(word) for word in VERDICTS}
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the rows as text, each with its remark below it."""
+    widths = [min(14, max(len(cells[i]) for cells in (HEAD, *(row.cells for row in rows)))) for i in (1, 2, 3)]
+    widths = [WIDTH - sum(widths) - 6, *widths]
+    lines = []
+    for cells, remark in ((HEAD, ""), *((row.cells, row.remark) for row in rows)):
+        columns = [wrap(cell, width) or [""] for cell, width in zip(cells, widths, strict=True)]
+        for i in range(max(map(len, columns))):
+            texts = [column[i] if i < len(column) else "" for column in columns]
+            lines.append("  ".join([texts[0].ljust(widths[0]), *map(str.rjust, texts[1:], widths[1:])]).rstrip())
+        lines += wrap(remark, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
+        if cells is HEAD:
+            lines.append("-" * WIDTH)
+    return "\n".join(lines)

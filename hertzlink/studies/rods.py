@@ -1,0 +1,116 @@
+"""What the studies of section 6.1 share: what a run gives, sweeps over a length, and their figures."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import xarray as xr
+
+import hertzlink as hl
+from hertzlink.studies import draw, shared
+from hertzlink.studies.compare import Case
+
+SENSORS = (shared.SENSOR, 16)  # At 16 incident and reflected wave overlap.
+WAVES = ("primary", "secondary")
+OPEN = f"γ from {shared.DASHPOTS[0]:g} to {shared.DASHPOTS[-1]:g} N s/m, which is not given"
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """Return AR and TOF at bead 7, and the motion of the last bead."""
+    seen = hl.reflections(run, shared.SENSOR)
+    back = (seen.primary, seen.secondary)
+    ratios = [wave.amplitude_ratio if wave else np.nan for wave in back]
+    flights = [wave.time_of_flight if wave else np.nan for wave in back]
+    largest = run.displacement.sel(bead=shared.BEADS).max().reset_coords(drop=True)
+    return xr.Dataset(
+        {
+            "amplitude_ratio": ("wave", ratios, {"units": "1", "long_name": "amplitude ratio"}),
+            "time_of_flight": ("wave", flights, {"units": "s", "long_name": "time of flight"}),
+            "largest_displacement": largest.assign_attrs(units="m", long_name="largest displacement of the last bead"),
+            "contact_time": ((), hl.contact_time(run), {"units": "s", "long_name": "last bead's contact with the rod"}),
+            "incident_arrival": ((), seen.incident.arrival if seen.incident else np.nan, {"units": "s"}),
+        },
+        coords={"wave": list(WAVES)},
+    )
+
+
+def with_forces(run: xr.Dataset) -> xr.Dataset:
+    """Return AR and TOF, and the force at both sensors over time."""
+    return measure(run)[["amplitude_ratio", "time_of_flight"]].assign(sensor_force=shared.sensor_forces(run, SENSORS))
+
+
+def over_lengths(
+    stack: Callable[[float], list[hl.Layer]], lengths: Sequence[float], solid_lengths: Sequence[float],
+    quick: bool, jobs: int | None,
+) -> xr.Dataset:  # fmt: skip
+    """Return AR and TOF over a length, m: rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
+
+    undamped_…: the shortest and the longest rod without losses. The force at the sensors is that of the middle dashpot.
+    """
+    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
+
+    def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
+        return hl.CoSimulation(shared.chain(dashpot), shared.rod(stack(length)))
+
+    def against_cylinder(solid_length: float) -> hl.CoSimulation:
+        return hl.CoSimulation(shared.chain(), shared.cylinder(stack(solid_length)))
+
+    def undamped(end: float) -> hl.CoSimulation:
+        return against_rod(end, 0.0)
+
+    waves = ["amplitude_ratio", "time_of_flight"]
+    data = hl.sweep(against_rod, shared.RECORD, jobs, with_forces, length=lengths, dashpot=shared.DASHPOTS)
+    data["sensor_force"] = data.sensor_force.sel(dashpot=shared.DASHPOT, drop=True)
+    solids = hl.sweep(against_cylinder, shared.RECORD, jobs, measure, solid_length=solid_lengths)
+    free = hl.sweep(undamped, shared.RECORD, 1, measure, end=data.length.values[[0, -1]].tolist())
+    data = data.assign(shared.named(solids[waves], "solid").data_vars).assign(
+        shared.named(free[waves], "undamped").data_vars
+    )
+    return shared.with_units(data, length="m", solid_length="m", dashpot="N s/m")
+
+
+def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, Case]:
+    """Return the number of the middle dashpot, and the range of all; a missing wave counts as zero."""
+    filled = values.fillna(0.0) * factor
+    return {"": float(filled.sel(dashpot=shared.DASHPOT)), OPEN: ends(filled)}
+
+
+def ends(values: xr.DataArray, factor: float = 1.0) -> tuple[float, float]:
+    """Return the smallest and the largest value."""
+    return float(values.min()) * factor, float(values.max()) * factor
+
+
+def lost(values: xr.DataArray) -> float:
+    """Return the difference between the largest and the smallest value, in percent of the largest."""
+    return 100.0 * float(1.0 - values.min() / values.max())
+
+
+def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
+    """Return AR or TOF of the cylinders minus that of rods of the same length."""
+    middle = data[name].sel(wave=wave, dashpot=shared.DASHPOT)
+    return data[f"solid_{name}"].sel(wave=wave) - middle.dropna("length").interp(length=data.solid_length)
+
+
+def undamped(data: xr.Dataset) -> str:
+    """Return the primary wave without losses. That is no condition of a TOF: AR of the same experiment excludes it."""
+    flights, ratios = (data[f"undamped_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
+    (early, late), (low, high) = ends(flights, 1e6), ends(ratios)
+    return f"without losses {early:.4g} to {late:.4g} µs, but then AR is {low:.3g} to {high:.3g}"
+
+
+def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
+    """Draw AR or TOF of one wave over a length: rods, their band between the outer dashpots, and cylinders."""
+    factor = 1e6 if name == "time_of_flight" else 1.0
+    values, length = data[name].sel(wave=wave) * factor, data.length.values * 1e3
+    band = f"γ = {shared.DASHPOTS[0]:g} to {shared.DASHPOTS[-1]:g} N s/m"
+    low, high = values.min("dashpot"), values.max("dashpot")
+    axis.fill_between(length, low, high, color=draw.COLOURS[0], alpha=0.15, linewidth=0.0, label=band)
+    axis.plot(length, values.sel(dashpot=shared.DASHPOT), "-", color=draw.COLOURS[0], label="rod, 1-D")
+    solids = data[f"solid_{name}"].sel(wave=wave) * factor
+    draw.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
+    axis.set(xlabel=xlabel, ylabel=label)
+    draw.log_x(axis)
+
+
+def force_map(data: xr.Dataset, label: str) -> draw.Figure:
+    """Return the force at bead 7 over time and a length."""
+    return draw.intensity_map(data.sensor_force.sel(sensor=shared.SENSOR), "length", label, 1e3)

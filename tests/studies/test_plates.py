@@ -1,0 +1,188 @@
+"""Chains on thin plates (section 6.2): Zener's theory, edges, critical distances and shear."""
+
+import numpy as np
+import pytest
+from quick import found, quick
+
+import hertzlink as hl
+from hertzlink.studies import aspect_ratio, critical_distance, plate_boundary, plate_shear, shared
+from plates.theory.impact import THESIS_IMPACT
+
+CROSSINGS = [
+    (4.76e-3, 2.29e-3, 14.65e-3),
+    (4.76e-3, 3.18e-3, 16.12e-3),
+    (4.76e-3, 4.83e-3, 17.79e-3),
+    (9.53e-3, 2.29e-3, 36.63e-3),
+    (9.53e-3, 3.18e-3, 27.14e-3),
+    (9.53e-3, 4.83e-3, 29.78e-3),
+    (19.05e-3, 4.83e-3, 67.5e-3),
+]
+"""Bead, plate and critical distance, m, of docs/numerics.md."""
+
+
+@pytest.mark.thorough
+def test_amplitude_ratio_at_the_centre_is_that_of_zeners_restitution() -> None:
+    """Within 0.04 of e^(6/5) below D/t = 4; negligible above 5 (section 6.2.1); a large plate is an infinite one."""
+    data = quick("aspect-ratio").amplitude_ratio.fillna(0.0)
+    for diameter, thickness in ((d, t) for d in data.diameter.values for t in data.thickness.values):
+        ratio, at = diameter / thickness, data.sel(diameter=diameter, thickness=thickness)
+        plate, infinite, thick = (at.sel(body=body).item() for body in aspect_ratio.BODIES)
+        if ratio < 4.0:
+            assert plate == pytest.approx(aspect_ratio.theory(ratio, 0.31)[0], abs=0.04)
+        assert ratio < 5.0 or plate < 0.02
+        assert plate == pytest.approx(infinite, abs=0.002)
+        assert thick > 0.97
+
+
+@pytest.mark.parametrize(
+    ("diameter", "thickness", "parameter", "expected"),
+    [
+        (9.53e-3, 4.83e-3, 0.29, 59.1),
+        (9.53e-3, 2.29e-3, 1.28, 87.81),
+        (19.1e-3, 4.83e-3, 1.158, 164.4),
+        (19.1e-3, 2.29e-3, 5.1548, 1435.2),
+    ],
+)
+def test_contact_times_of_the_thesis(diameter: float, thickness: float, parameter: float, expected: float) -> None:
+    """µs, by Zener's τ_c from a λ that rounds to the printed one, at 0.31 m/s."""
+    bead, plate = hl.Sphere(diameter / 2.0, THESIS_IMPACT.material), shared.plate(thickness)
+    impact = hl.theory.PlateImpact(bead, plate, THESIS_IMPACT.striker_speed, parameter)
+    assert impact.contact_time * 1e6 == pytest.approx(expected, rel=1e-3)
+
+
+def test_waves_of_the_plate() -> None:
+    """Recomputed: Rayleigh's 0.571 of the bar speed; A0 in 2.29 and 4.83 mm, D = 9.53 mm, 9 kHz: 895 and 1300 m/s."""
+    alloy = shared.ALUMINIUM
+    assert plate_boundary.rayleigh_speed(alloy) / alloy.bar_speed == pytest.approx(0.571, abs=1e-3)
+    frequency = plate_boundary.impact_frequency(9.53e-3)
+    assert frequency == pytest.approx(9.0e3, rel=0.02)
+    speeds = [plate_boundary.group_speed(alloy, thickness, frequency) for thickness in (2.29e-3, 4.83e-3)]
+    assert speeds == pytest.approx([895.0, 1300.0], rel=0.05)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("diameter", "thickness", "distance", "expected", "apart"),
+    [
+        (9.53e-3, 2.29e-3, 0.457, 0.0695, 0.0005),
+        (9.53e-3, 4.83e-3, 0.457, 0.554, 0.002),
+        (9.53e-3, 2.29e-3, 0.020, 0.326, 0.002),
+        (4.76e-3, 2.29e-3, 0.457, 0.522, 0.001),
+        (4.76e-3, 3.18e-3, 0.457, 0.702, 0.001),
+        (4.76e-3, 4.83e-3, 0.457, 0.846, 0.001),
+    ],
+)
+def test_amplitude_ratios_of_a_prototype(
+    diameter: float, thickness: float, distance: float, expected: float, apart: float
+) -> None:
+    """Numbers from an independent prototype with other meshes and another reduction."""
+    run = plate_boundary.build(thickness, distance, diameter).run(plate_boundary.record(diameter))
+    assert hl.amplitude_ratio(run, sensor=7).item() == pytest.approx(expected, abs=apart)
+
+
+@pytest.mark.thorough
+def test_the_boundary_study_has_the_shape_of_the_thesis() -> None:
+    """AR falls away from the edge, thick plates send back more, small beads settle sooner; the centre is far away."""
+    data = quick("plate-boundary")
+    ratios = data.amplitude_ratio.fillna(0.0)
+    assert np.all(ratios.sel(distance=0.01) > ratios.sel(distance=0.457))
+    assert np.all(ratios.sel(distance=0.457).diff("thickness") >= 0.0)
+    assert np.isnan(data.amplitude_ratio.sel(distance=0.457, diameter=19.05e-3, thickness=2.29e-3))
+    lowest = data.critical_distance.fillna(data.bracket.sel(end="low"))
+    assert np.all(lowest.sel(within=0.02).diff("diameter") > 0.0)
+    inside = data.infinite_amplitude_ratio.fillna(0.0)
+    assert float(abs(data.far_value.fillna(0.0) - inside).max()) < 5e-4
+
+
+@pytest.mark.thorough
+def test_critical_distances_lie_in_their_brackets() -> None:
+    """Brackets of 5 mm, in order of the tolerances."""
+    data = quick("plate-boundary")
+    at = data.sel(within=0.02)
+    low, high = (at.bracket.sel(end=end) for end in ("low", "high"))
+    assert np.all(((low < at.critical_distance) & (at.critical_distance < high)) | at.lower_bound)
+    assert np.all((high - low <= 5e-3) | at.lower_bound)
+    assert np.all((data.critical_distance.diff("within") < 0.0) | data.lower_bound.any("within"))
+
+
+@pytest.mark.thorough
+def test_heavy_beads_have_a_lower_bound() -> None:
+    """On the thinner plates the wave of 19.05 mm beads is late, or does not come: no distance is claimed."""
+    heavy = quick("plate-boundary").sel(diameter=19.05e-3, within=0.02)
+    assert heavy.lower_bound.values.tolist() == [True, True, False]
+    assert np.isnan(heavy.critical_distance[:2]).all()
+    assert found("plate-boundary")["critical distance, D 19.05, t 2.29"][""] == "> 100"
+
+
+@pytest.mark.thorough
+def test_a_numerical_error_widens_the_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error of AR over its slope between the two runs is an error of the distance, on both sides."""
+    data = quick("plate-boundary")
+    monkeypatch.setattr(plate_boundary, "ratio_error", lambda *case: 0.01)
+    case = plate_boundary.with_margins(data.assign(infinite_amplitude_ratio=data.far_value))
+    case = case.sel(diameter=4.76e-3, thickness=2.29e-3, within=0.02)
+    (low, high), margin = case.bracket.values, float(case.margin)
+    ratios = case.amplitude_ratio.sel(distance=[low, high], method="nearest").values
+    assert margin == pytest.approx(0.01 * (high - low) / abs(ratios[1] - ratios[0]))
+    wider = [float(part) for part in plate_boundary.between(case).split(" to ")]
+    assert wider == pytest.approx([1e3 * (low - margin), 1e3 * (high + margin)], abs=1.0)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("diameter", "thickness", "distance"), CROSSINGS)
+@pytest.mark.parametrize("plate", ["exact", "modes"])
+def test_critical_distances_of_two_plates(diameter: float, thickness: float, distance: float, plate: str) -> None:
+    """The exact plate that has one edge, and the study's modes with all edges, agree within 0.1 mm."""
+    until = plate_boundary.record(diameter)
+
+    def at(distance: float) -> hl.CoSimulation:
+        if plate == "modes":
+            return plate_boundary.build(thickness, distance, diameter)
+        exact = hl.half_plane(thickness, shared.ALUMINIUM, "clamped", distance, until)
+        return hl.CoSimulation(shared.plate_chain(diameter), exact)
+
+    scan = [*(distance + step for step in (-3e-3, -1.5e-3, 1.5e-3, 3e-3)), 0.457]
+    found = hl.critical_distance_search(at, until, shared.SENSOR, scan, plate_boundary.TOLERANCE, jobs=1)
+    assert found.critical_distance.item() == pytest.approx(distance, abs=0.1e-3)
+
+
+@pytest.mark.thorough
+def test_softer_edges_and_shear_send_back_less() -> None:
+    """Clamped, simple, free: the stiffer the edge, the more comes back. Mindlin's plate is softer by a few percent."""
+    data = quick("plate-shear")
+    ratios = data.edge_amplitude_ratio.fillna(0.0).sel(edge_bead=9.53e-3)
+    near = [float(ratios.sel(edge=edge, edge_distance=0.02)) for edge in ("clamped", "simple", "free")]
+    assert near[0] > near[1] > near[2]
+    far = ratios.sel(edge_distance=0.15)
+    assert float(far.max() - far.min()) < 5e-3
+    thin, thick = (data.theory_amplitude_ratio.sel(theory=theory) for theory in plate_shear.THEORIES)
+    assert np.all((thick < thin) & (thick > 0.95 * thin))
+
+
+def test_where_shear_counts() -> None:
+    """A loss of AR of (t/ℓ)²/5 is 0.01 at t/ℓ = 0.2236."""
+    thickness = np.array([0.1, 0.2, 0.4])
+    assert plate_shear.limit(thickness, thickness**2 / 5.0) == pytest.approx(0.05**0.5)
+
+
+@pytest.mark.thorough
+def test_amplitude_ratios_near_an_edge_collapse() -> None:
+    """AR falls towards its far value away from an edge that is held, and rises from a free one; pairs collapse."""
+    data = quick("critical-distance")
+    difference = data.amplitude_ratio - data.far_ratio
+    assert (difference.sel(edge=["clamped", "simple"]).isel(scaled_distance=0) > 0.1).all()
+    assert (difference.sel(edge="free").isel(scaled_distance=0) < -0.1).all()
+    assert abs(difference.isel(scaled_distance=-1)).max() < 3e-3
+    assert abs(data.table_error).where(data.scaled_distance > 0.5).max() < 2e-3
+    assert abs(data.material_deviation.sel(pair="4.76 mm beads")).max() < 5e-4
+    assert abs(data.other_error).max() < 5e-3
+
+
+def test_the_last_crossing_of_samples() -> None:
+    """AR that decays as e^{−x} crosses 0.02 at ln 50, and the last swing of a cosine counts; NaN where it has not."""
+    distances = np.linspace(0.1, 6.0, 60)
+    crossing = critical_distance.crossing
+    assert crossing(np.exp(-distances), 0.02, distances) == pytest.approx(np.log(50.0), abs=1e-3)
+    swing = 0.03 * np.cos(distances) * (distances < 4.5)
+    assert crossing(swing, 0.02, distances) == pytest.approx(np.pi + np.arccos(2.0 / 3.0), abs=2e-3)
+    assert np.isnan(crossing(np.exp(-distances), 1e-3, distances))
