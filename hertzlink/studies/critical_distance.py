@@ -147,12 +147,8 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the collapse, the law, and other materials."""
-    return {
-        "collapse": collapse(data),
-        "critical_distance": by_parameter(data),
-        "materials": materials(data),
-    }
+    """Return the collapse, and the law."""
+    return {"collapse": collapse(data), "critical_distance": by_parameter(data)}
 
 
 def edges(data: xr.Dataset, ylabel: str, **labels: Any) -> tuple[draw.Figure, list[tuple[draw.Axes, xr.Dataset]]]:
@@ -199,19 +195,4 @@ def by_parameter(data: xr.Dataset) -> draw.Figure:
             draw.theory_line(axis, x, data.scaled_line.sel(line=line), words, style)
         draw.log_x(axis)
     draw.legend_above(figure, panels[0][0], 5)
-    return figure
-
-
-def materials(data: xr.Dataset) -> draw.Figure:
-    """Return the difference that is left at equal λ and d/ℓ, over the ratio of contact stiffnesses."""
-    labels = {"xlabel": "stiffness, bead on plate / bead on bead", "yscale": "log", "ylim": (1e-5, 0.2)}
-    shown = data.drop_dims(["edge"]).rename(other_edge="edge")
-    figure, panels = edges(shown, "largest deviation of AR, d ≥ 0.6 ℓ", **labels)
-    for axis, edge in panels:
-        for i, parameter in enumerate(data.other_inelasticity.values):
-            part, label = abs(edge.sel(other_inelasticity=parameter)).max("other_distance"), f"λ = {parameter:g}, from "
-            ratios = data.stiffness_ratio.values
-            draw.points(axis, ratios, part.material_deviation.values, i, f"{label}steel on aluminium")
-            draw.points(axis, ratios, part.other_error.values, i, f"{label}the table for its own ratio", hollow=True)
-    draw.legend_above(figure, panels[0][0], 2)
     return figure

@@ -16,8 +16,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.inference.information import REACH, Design, Sensitivities
-from coupling.inference.misfit import GAIN, TIME_ZERO
-from coupling.inference.search import inverse
+from coupling.inference.misfit import GAIN, TIME_ZERO, inverse
 from hertzlink.studies import draw
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import over, with_units

@@ -210,12 +210,11 @@ def rayleigh_speed(material: hl.Material) -> float:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return AR and TOF over the distance, the critical distances with two theory lines, and their refinement."""
+    """Return AR and TOF over the distance, the critical distances with two theory lines."""
     return {
         "amplitude_ratio": over_distance(data, data.amplitude_ratio, "amplitude ratio AR"),
         "time_of_flight": over_distance(data, 1e6 * data.time_of_flight, "time of flight (µs)"),
         "critical_distance": over_diameter(data),
-        "refinement": refinement(data),
     }
 
 
@@ -268,31 +267,4 @@ def over_diameter(data: xr.Dataset) -> draw.Figure:
     axis.set_xlabel("bead diameter D (mm), markers set apart")
     axis.set_ylim(bottom=0.0)
     draw.legend_above(figure, axis, 1)
-    return figure
-
-
-def refinement(data: xr.Dataset) -> draw.Figure:
-    """Return AR's distance from its far value around the last crossing: samples, brackets, first scan interpolated."""
-    figure, panels = beads(data, "|AR − far value|")
-    scan, first = data.sampled.all(["thickness", "diameter"]), panels[0][0]
-    for axis, bead in panels:
-        farthest = 0.0
-        for i, thickness in enumerate(THICKNESSES):
-            case, colour = bead.sel(thickness=thickness), draw.COLOURS[i]
-            if case.lower_bound:
-                continue
-            coarse, (low, high) = case.amplitude_ratio.isel(distance=scan.values), case.bracket.values * 1e3
-            fine = np.linspace(float(coarse.distance[0]), float(coarse.distance[-1]), 4000)
-            away = abs(np.interp(fine, coarse.distance, coarse) - float(case.far_value))
-            axis.plot(fine * 1e3, away, "--", color=colour, linewidth=0.8)
-            samples = abs(case.amplitude_ratio - case.far_value).isel(distance=case.sampled.values)
-            look = draw.Look(color=colour, marker=draw.MARKERS[i], linewidth=0.8)
-            axis.plot(samples.distance * 1e3, samples, label=f"t = {1e3 * thickness:.2f} mm", **look)
-            axis.axvspan(low, high, color=colour, alpha=0.5, linewidth=0.0)
-            farthest = max(farthest, high)
-        axis.axhline(TOLERANCE, color="black", linewidth=0.8)
-        axis.set(yscale="log", ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
-    first.plot([], [], "--", color="grey", linewidth=0.8, label="first scan, AR interpolated")
-    first.axhline(np.nan, color="black", linewidth=0.8, label=f"tolerance {TOLERANCE:g}")
-    draw.legend_above(figure, first, 5)
     return figure

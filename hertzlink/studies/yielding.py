@@ -70,7 +70,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     def struck_by(pair: str, impact_speed: float, law: str) -> xr.Dataset:
         beads, wall = PAIRS[pair]
         impact = Impact(spheres(shared.BEAD.radius, beads, shared.BEADS, impact_speed), hl.half_space(wall), LONG)
-        return measured(impact, LAWS[law]).drop_vars("force")
+        return measured(impact, LAWS[law])
 
     with collected():  # that elastic contacts are beyond yield is what the table says
         data = shared.over(of_impact, impact=list(of_thesis), law=list(LAWS))
@@ -88,10 +88,8 @@ def measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
         np.inf if pair is None or (contact := hl.laws.Thornton().contact(*pair)) is None else contact.yield_force
         for pair in simulation.chain.pairs
     ]
-    times = np.arange(0.0, LONGEST + 0.5 * SAVED, SAVED)
-    force = np.interp(times, result.time.values, hl.sensor_force(result, shared.SENSOR).values, right=np.nan)
     first, back = seen.incident, seen.primary
-    measures = shared.scalars(
+    return shared.scalars(
         amplitude_ratio=(back.amplitude_ratio if back else np.nan, "1", "amplitude ratio"),
         time_of_flight=(back.time_of_flight if back else np.nan, "s", "time of flight"),
         incident=(first.amplitude if first else np.nan, "N", "incident force"),
@@ -100,8 +98,6 @@ def measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
         dent=(float(result.dent.max()) if "dent" in result else 0.0, "m", "greatest dent"),
         lost=(float(result.dissipated_energy[-1] / result.impact_energy), "1", "part of the energy that is lost"),
     )
-    measures["force"] = ("time", force, {"units": "N", "long_name": "force at bead 7"})
-    return measures.assign_coords(time=("time", times, {"units": "s"}))
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
@@ -124,7 +120,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return what yielding takes over the impact speed, and the force at bead 7 under three laws."""
+    """Return what yielding takes over the impact speed."""
     styles, labels = (
         dict(zip(LAWS, ("-", "--", ":"), strict=True)),
         ("incident force at bead 7 / elastic", "AR at bead 7"),
@@ -150,14 +146,4 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.set_xlim(speeds[0], speeds[-1])
         look = draw.Look(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         axis.legend(title=title, title_fontsize="small", fontsize="x-small", **look)
-
-    chosen = data.isel(impact=[2, 7])
-    waves, shown = draw.each(
-        chosen, "impact", lambda s: s.rpartition(" (")[0], width=3.7, sharey=False,
-        xlabel="time (µs)", ylabels=["force at bead 7 (N)"], xlim=(0.0, 900.0),
-    )  # fmt: skip
-    for axis, impact in shown:
-        for width, (law, style) in zip((2.0, 1.6, 1.2), styles.items(), strict=True):  # curves lie on one another
-            axis.plot(1e6 * data.time, impact.force.sel(law=law), style, linewidth=width, label=law)
-    shown[0][0].legend()
-    return {"speed": figure, "waves": waves}
+    return {"speed": figure}
