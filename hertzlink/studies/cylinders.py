@@ -99,10 +99,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("wave speed at 90°, discrete particles", plain, with_masses)
     yield Number("wave speed at 90°, finite elements", plain)
     yield Number("wave speed at 90°, experiment", plain)
-    of_theory: dict[str, Case] = {
-        "equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0
-    }
-    yield Number("width at 90°", waves.widths(data.case_width.sel(case="90°").values, 2.0 * RADIUS) | of_theory)
+    yield Number("width at 90°", waves.widths(data.case_width.sel(case="90°").values, 2.0 * RADIUS) | waves.OF_THEORY)
     right = data.sel(angle=90.0)
     contact, centre = (waves.speed_at(right, force) for force in (FORCES[1], FORCES[1] * CONTACT_TO_CENTRE_FORCE))
     expected = float(long_waves(cylinder(0.0), stiffness(90.0)).wave_speed_from_force(FORCES[1]))

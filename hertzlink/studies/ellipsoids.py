@@ -9,7 +9,7 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw, waves
-from hertzlink.studies.compare import Case, Number
+from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import named, of_mass, with_units
 
 STEEL, MINOR, MAJOR = hl.STEEL_316, 4.72e-3, 10.16e-3
@@ -87,11 +87,8 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield from (Number(f"wave speed, {name}", speed) for name, speed in readings.items())
     yield Number("wave speed, finite elements", {"": by_mass} | gravity)
     yield Number("wave speed, experiment", by_mass)
-    of_theory: dict[str, Case] = {
-        "equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0
-    }
     width = waves.widths(data.case_width.sel(case="printed mass").values, MINOR)
-    yield Number("width, in minor diameters", width | of_theory)
+    yield Number("width, in minor diameters", width | waves.OF_THEORY)
 
     # Speed and force in figures 5.1 and 5.5b.
     lying = data.sel(shape="minor axis")

@@ -44,7 +44,7 @@ def over_lengths(
 ) -> xr.Dataset:  # fmt: skip
     """Return AR and TOF over a length, m: rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
-    undamped_…: the shortest and the longest rod without losses. The force at the sensors is that of the middle dashpot.
+    The force at the sensors is that of the middle dashpot.
     """
     jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
 
@@ -54,17 +54,11 @@ def over_lengths(
     def against_cylinder(solid_length: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(), shared.cylinder(stack(solid_length)))
 
-    def undamped(end: float) -> hl.CoSimulation:
-        return against_rod(end, 0.0)
-
     waves = ["amplitude_ratio", "time_of_flight"]
     data = hl.sweep(against_rod, shared.RECORD, jobs, with_forces, length=lengths, dashpot=shared.DASHPOTS)
     data["sensor_force"] = data.sensor_force.sel(dashpot=shared.DASHPOT, drop=True)
     solids = hl.sweep(against_cylinder, shared.RECORD, jobs, measure, solid_length=solid_lengths)
-    free = hl.sweep(undamped, shared.RECORD, 1, measure, end=data.length.values[[0, -1]].tolist())
-    data = data.assign(shared.named(solids[waves], "solid").data_vars).assign(
-        shared.named(free[waves], "undamped").data_vars
-    )
+    data = data.assign(shared.named(solids[waves], "solid").data_vars)
     return shared.with_units(data, length="m", solid_length="m", dashpot="N s/m")
 
 
@@ -88,13 +82,6 @@ def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArr
     """Return AR or TOF of the cylinders minus that of rods of the same length."""
     middle = data[name].sel(wave=wave, dashpot=shared.DASHPOT)
     return data[f"solid_{name}"].sel(wave=wave) - middle.dropna("length").interp(length=data.solid_length)
-
-
-def undamped(data: xr.Dataset) -> str:
-    """Return the primary wave without losses. That is no condition of a TOF: AR of the same experiment excludes it."""
-    flights, ratios = (data[f"undamped_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
-    (early, late), (low, high) = ends(flights, 1e6), ends(ratios)
-    return f"without losses {early:.4g} to {late:.4g} µs, but then AR is {low:.3g} to {high:.3g}"
 
 
 def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:

@@ -19,6 +19,7 @@ from structures.structure import Vector
 
 # Fractions of the peak between which a width is read. The thesis does not say which it used.
 LEVELS = (0.01, 0.001)
+OF_THEORY = {"equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0}
 # Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
 RANGE = (0.1, 2.0)
 FITTED = 400  # Points of a law that are fitted.
@@ -61,8 +62,8 @@ def duration(time: Vector, force: Vector, peak: int, least: float) -> float:
 
 def widths(width: Vector, size: float) -> dict[str, Case]:
     """Return the widths of a wave at LEVELS, in sizes of the beads, by what they are read from."""
-    return {f"{100 * level:g} % to {100 * level:g} % of the peak": float(w) / size
-            for level, w in zip(LEVELS, width, strict=True)}  # fmt: skip
+    words = (f"{100 * level:g} % to {100 * level:g} % of the peak" for level in LEVELS)
+    return dict(zip(words, (np.asarray(width) / size).tolist(), strict=True))
 
 
 def striker_speed(force: float, bead: hl.Bead, stiffness: float, exponent: float) -> float:

@@ -9,7 +9,7 @@ from coupling.files.loading import read_netcdf
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import stored
 from hertzlink.studies import STUDIES, Study, captions, draw
-from hertzlink.studies.compare import compare, table
+from hertzlink.studies.compare import HEAD, compare, table
 
 TABLE, REPORT = "table.txt", "report.html"
 QUICK = "quick run (--quick), for a first look only"  # The remark on all files of such a run.
