@@ -12,8 +12,8 @@ from hertzlink.studies.compare import Number, bracketed
 from hertzlink.studies.shared import ALUMINIUM, DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.shared import PLATE_SPEED as SPEED
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.elements.theory import thick_wavelength
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
+from plates.section import thick_wavelength
 from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.caution import collected
 

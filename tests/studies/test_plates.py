@@ -6,7 +6,7 @@ from quick import found, quick
 
 import hertzlink as hl
 from hertzlink.studies import aspect_ratio, critical_distance, plate_boundary, plate_shear, shared
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
 
 CROSSINGS = [
     (4.76e-3, 2.29e-3, 14.65e-3),
