@@ -509,7 +509,7 @@ def test_a_result_without_a_case_says_what_to_do(
         file.create_dataset("x", (10**12,), "<f8", chunks=(10**6,))
     for name, words in (
         ("text", "cannot be read as netCDF; it is no file of HDF5"),
-        ("folder", "is no file; give a netCDF file such as results.nc"),
+        ("folder", "there is no such file; give a netCDF file such as results.nc"),
         ("linked", "linked.nc: /x links to another file, secret.nc; it was not read"),
         ("huge", "huge.nc: /x claims 8e+12 bytes, more than its file can hold; it was not read"),
         ("found", "holds no case, as what was made in Python"),

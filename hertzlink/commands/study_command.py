@@ -7,7 +7,6 @@ import click
 
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
-from coupling.sweeps.progress import labelled
 from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import STUDIES, study
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
@@ -68,7 +67,7 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     check_output(folder, force)
     findings: list[str] = []
     try:
-        with collected() as findings, labelled(name):
+        with collected() as findings:
             begin = perf_counter()
             chosen = study(name)
             data = chosen.run(quick, jobs)

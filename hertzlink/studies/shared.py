@@ -8,9 +8,9 @@ from typing import Any
 import joblib
 import numpy as np
 import xarray as xr
+from tqdm.auto import tqdm
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from structures.structure import Vector
 
 BEADS, SENSOR = 20, 7  # Of the chains of chapter 6. AR and TOF are read at bead 7.
@@ -111,7 +111,8 @@ def each(compute: Callable[..., Any], cases: Sequence[Mapping[str, Any]], jobs: 
     """Return what is computed for each case, its arguments. jobs: processes, None for one on each core."""
     count = max(1, min(joblib.cpu_count() if jobs is None else jobs, len(cases)))
     parallel = joblib.Parallel(count, return_as="generator")
-    return list(watched(parallel(joblib.delayed(compute)(**case) for case in cases), len(cases)))
+    results = parallel(joblib.delayed(compute)(**case) for case in cases)
+    return list(tqdm(results, total=len(cases), leave=False, disable=None))
 
 
 def over(compute: Callable[..., xr.Dataset], jobs: int | None = 1, **axes: Sequence[Any]) -> xr.Dataset:

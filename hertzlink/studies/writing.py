@@ -5,9 +5,9 @@ from textwrap import wrap
 
 import xarray as xr
 
-from coupling.files.loading import read_netcdf
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import stored
+from coupling.results.reading import read_netcdf
 from hertzlink.studies import STUDIES, Study, captions, draw
 from hertzlink.studies.compare import HEAD, compare, table
 

@@ -9,9 +9,9 @@ from shlex import quote
 
 import numpy as np
 
-from coupling.files.loading import read_netcdf
 from coupling.results.measures import sensor_force
 from coupling.results.provenance import stored
+from coupling.results.reading import read_netcdf
 from hertzlink.cases.case import Case
 from hertzlink.cases.identification import TRACE
 from hertzlink.cases.paths import CaseError
