@@ -1,22 +1,30 @@
 """Yielding in a run with elastic contacts: how far the greatest force of a contact is beyond yield."""
 
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
+from math import inf, pi, sqrt
 
 import numpy as np
 
 from coupling.recording.frames import Motion
-from particles.contacts import OF_HERTZ, once_per_pair, yield_pressures
+from particles.bead import Cylinder, contact_modulus, surface_of
+from particles.contacts import Pair, once_per_pair
 from particles.deformable.deformable_chain import DeformableChain
 from particles.laws.yielding import JacksonGreen
 from particles.moving import MovingChain
 from structures.material import Material
-from structures.surface import Surface, yield_pressure
+from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
 
 SLIGHT = 1.12
 """The pressure of a contact, in units of that at which it yields, up to which no run is warned of: 1.4 times the force.
 There, by Jackson and Green's law, AR at bead 10 of 20 is lower by 0.011 to 0.013 on half-spaces, by 0.007 and 0.010 on
 plates of brass and aluminium, and the incident force by up to 2.5 % where beads yield."""
+
+OF_HERTZ = 1.0 / 3.0
+"""Power of the force in the pressure of a round or elliptic contact."""
+
+UNKNOWN = 0.0, 1.0, inf
+"""The pressure of a contact that never yields."""
 
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
@@ -57,9 +65,30 @@ def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -
 
 
 def _pressures(chain: MovingChain) -> np.ndarray:
-    """Return the pressures of contacts; those whose law yields leave nothing out."""
+    """Return unit, power and limit of each contact, 3 × contacts: the greatest pressure is p₀ = unit · F^power, Pa, and
+    the weaker body yields from the limit on, which is infinite where nothing is known or the law yields."""
     yielding = chain.yielding or [None] * len(chain.pairs)
-    return yield_pressures([None if beyond else pair for pair, beyond in zip(chain.pairs, yielding, strict=True)])
+    elastic = [None if beyond else pair for pair, beyond in zip(chain.pairs, yielding, strict=True)]
+
+    def of(pair: Pair, _: int) -> tuple[float, float, float]:
+        length = min((body.length for body in pair if isinstance(body, Cylinder)), default=inf)
+        return _yield_pressure(surface_of(pair[0]), surface_of(pair[1]), length)
+
+    return np.array([pressure or UNKNOWN for pressure in once_per_pair(elastic, of)]).T
+
+
+@lru_cache(maxsize=256)  # thousands of runs have the same beads
+def _yield_pressure(surface: Surface, facing: Surface, length: float) -> tuple[float, float, float]:
+    limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
+    if limit == inf:
+        return UNKNOWN
+    try:
+        flat, sharp = relative_curvatures(surface, facing)
+    except ValueError:
+        return UNKNOWN  # bodies that conform have a law of the user's own
+    if flat > 1e-12 * sharp:
+        return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
+    return sqrt(contact_modulus(surface, facing) * sharp / (pi * length)), 0.5, limit
 
 
 def _materials(chain: MovingChain, contact: int) -> list[Material]:

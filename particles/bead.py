@@ -1,8 +1,4 @@
-"""The bodies of a chain: each has a mass, a size along the chain, and a surface where it touches its neighbours.
-
-A new shape is a class like those below: `@described`, its dimensions as fields, and the three properties of a Bead. It
-is drawn as an ellipse, `size` long.
-"""
+"""The bodies of a chain: a new shape is a class like those below, with the three properties of a Bead."""
 
 from dataclasses import fields, is_dataclass
 from math import pi, sqrt
@@ -16,48 +12,34 @@ from structures.material import Material
 from structures.quantities import Angle, Likely, OneOf
 from structures.surface import Surface
 
-STANDARD_GRAVITY = 9.81
-"""m/s², as in the thesis."""
-
+STANDARD_GRAVITY = 9.81  # m/s², as in the thesis
 BeadLength = Annotated[float, Likely.BEAD]
 
 
 class Bead(Protocol):
-    """A body of a chain. Any object with these three attributes is one; no base class is needed.
-
-    A body whose wall bends also has `shell_flexibility`, m/N, a linear compliance in series with Hertz's contact. A
-    class that is a frozen dataclass is written to results field by field.
-
-    Attributes
-    ----------
-    mass : float
-        Mass, kg.
-    size : float
-        Extent along the chain, m.
-    surface : Surface
-        Material and curvatures at both of its contacts.
+    """A body of a chain: any object with these three attributes; one whose wall bends also has `shell_flexibility`.
 
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> ball = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> drilled = SimpleNamespace(mass=3e-3, size=ball.size, surface=ball.surface)
-    >>> hl.Chain([drilled] * 10, striker=ball, impact_speed=0.4)
-    Chain(10 SimpleNamespace, struck by Sphere at 0.4 m/s)
+    >>> bead = SimpleNamespace(mass=3e-3, size=9.5e-3, surface=hl.Surface(hl.STEEL_316, curvature=210.0))
     """
 
     @property
-    def mass(self) -> float: ...
+    def mass(self) -> float:
+        """Mass, kg."""
 
     @property
-    def size(self) -> float: ...
+    def size(self) -> float:
+        """Extent along the chain, m."""
 
     @property
-    def surface(self) -> Surface: ...
+    def surface(self) -> Surface:
+        """Material and curvatures at both of its contacts."""
 
 
-class _Ball(Bead):
-    """What solid and hollow spheres share."""
+class _Round(Bead):
+    """What spheres and lying cylinders share."""
 
     radius: float
     material: Material
@@ -72,7 +54,7 @@ class _Ball(Bead):
 
 
 @described
-class Sphere(_Ball):
+class Sphere(_Round):
     """A solid sphere.
 
     Parameters
@@ -97,7 +79,7 @@ class Sphere(_Ball):
 
 
 @described
-class HollowSphere(_Ball):
+class HollowSphere(_Round):
     """A spherical shell (Khatri's thesis, section 5.3.3; the wall: Reissner, J. Math. Phys. 25 (1946) 279).
 
     Parameters
@@ -109,9 +91,8 @@ class HollowSphere(_Ball):
 
     Examples
     --------
-    >>> shell = hl.HollowSphere(radius=9.525e-3, inner_radius=8.655e-3, material=hl.STEEL_316)
-    >>> round(shell.mass * 1e3, 2), round(shell.shell_flexibility * 1e9, 1)  # g, nm/N
-    (7.23, 25.6)
+    >>> round(hl.HollowSphere(9.525e-3, 8.655e-3, hl.STEEL_316).shell_flexibility * 1e9, 1)  # nm/N
+    25.6
     """
 
     radius: BeadLength
@@ -128,10 +109,7 @@ class HollowSphere(_Ball):
 
     @property
     def shell_flexibility(self) -> float:
-        """Compliance of the wall to a point force, m/N, beside the contact's own: √(3(1 − ν²)) R/(4 E h²).
-
-        h is the wall, R its mean radius. The value without a cavity is subtracted, so that the limit is a solid sphere.
-        """
+        """Compliance of the wall, m/N: √(3(1 − ν²)) R/(4 E h²) less that without a cavity; R mean radius, h wall."""
         wall, mean = self.radius - self.inner_radius, 0.5 * (self.radius + self.inner_radius)
         shape = mean / wall**2 - 0.5 / self.radius
         material = self.material
@@ -183,7 +161,7 @@ class Ellipsoid(Bead):
 
 
 @described
-class Cylinder(Bead):
+class Cylinder(_Round):
     """A solid cylinder that lies across the chain (Khatri's thesis, section 5.3.2).
 
     Parameters
@@ -195,9 +173,8 @@ class Cylinder(Bead):
 
     Examples
     --------
-    >>> lying = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316)
-    >>> hl.contact_law(lying, lying).name
-    'line contact of parallel cylinders'
+    >>> hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316).size
+    0.00476
     """
 
     radius: BeadLength
@@ -210,23 +187,17 @@ class Cylinder(Bead):
         return pi * self.radius**2 * self.length * self.material.density
 
     @property
-    def size(self) -> float:
-        return 2.0 * self.radius
-
-    @property
     def surface(self) -> Surface:
         return Surface(self.material, 0.0, 1.0 / self.radius, self.angle)
 
 
+# The bodies defined here: frozen, hashable, and with checked dimensions.
 SHAPES = (Sphere, HollowSphere, Ellipsoid, Cylinder)
-"""The bodies defined here: frozen, hashable, and with checked dimensions."""
-
-ATTRIBUTES = ("mass", "size", "surface")
-"""What makes an object a bead."""
+ATTRIBUTES = ("mass", "size", "surface")  # what makes an object a bead
 
 
 def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> Bead:
-    """Return `body`, or raise a ValueError that names what it lacks to be a Bead."""
+    """Return `body`; refuse what is no Bead."""
     if isinstance(body, SHAPES):
         return body
     if isinstance(body, type) or not all(hasattr(body, attribute) for attribute in ATTRIBUTES):
@@ -289,7 +260,6 @@ def drop_speed(height: Annotated[float, Likely.HEIGHT]) -> float:
 
     Examples
     --------
-    >>> round(hl.drop_speed(0.01), 3)
-    0.443
+    >>> speed = hl.drop_speed(height=0.01)
     """
     return sqrt(2.0 * STANDARD_GRAVITY * height)

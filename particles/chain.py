@@ -1,5 +1,6 @@
 """A chain of beads and what sets it in motion, as data; `MovingChain` moves it."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
@@ -28,8 +29,6 @@ LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
 class Chain:
     """Beads in a row, the first one struck, the last one facing a structure (Khatri's thesis, equations 1.5 to 6.1).
 
-    The static forces of gravity and preload are solved first, and motions are measured from static equilibrium.
-
     Parameters
     ----------
     beads : sequence of Bead
@@ -38,14 +37,12 @@ class Chain:
         A bead that arrives at the impact speed, or an Excitation. None: the first bead itself has that speed.
     impact_speed : float, optional
         Speed of the striker, m/s; of the first bead where there is none, by default 0. Left out with an Excitation.
-    gravity : float
-        Gravity, m/s², which acts along the chain with the sine of the inclination.
+    gravity, inclination : float
+        Gravity, m/s², and the angle to the horizontal, rad, at which the chain falls to the structure.
     dissipation : Dissipation or None
         A loss, such as LinearDashpot, at every contact.
     preload : float
         Static force along the chain, N: a dead load on the first bead, or the force of a Piston or structure behind it.
-    inclination : float
-        Angle to the horizontal, rad, at which the chain falls towards the structure; by default upright.
     law : ContactLaw or callable or YieldingLaw or None
         One law of all contacts between bodies, or a function law(body, next body or Surface); by default `contact_law`.
         A YieldingLaw lets all contacts yield, that with the structure too.
@@ -53,8 +50,7 @@ class Chain:
     Examples
     --------
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> hl.Chain([bead] * 20, striker=bead, impact_speed=hl.drop_speed(0.01), gravity=9.81)
-    Chain(20 Sphere, struck by Sphere at 0.4429 m/s, gravity=9.81)
+    >>> chain = hl.Chain([bead] * 20, striker=bead, impact_speed=hl.drop_speed(0.01), gravity=9.81)
     """
 
     beads: Sequence[Bead]
@@ -99,8 +95,8 @@ class Chain:
             coefficients_of(self.dissipation, reduced_masses(self.masses))
 
     def __repr__(self) -> str:
-        names = [type(bead).__name__ for bead in self.beads]
-        kinds = " + ".join(f"{names.count(name)} {name}" for name in dict.fromkeys(names))
+        names = Counter(type(bead).__name__ for bead in self.beads)
+        kinds = " + ".join(f"{count} {name}" for name, count in names.items())
         who = "first bead starts" if self.striker is None else f"struck by {type(self.striker).__name__}"
         struck = f"{who} at {self.impact_speed:.4g} m/s" if self.impact_speed else f"{who} at rest"
         if isinstance(self.striker, Excitation):
@@ -112,7 +108,6 @@ class Chain:
 
     @cached_property
     def excitation(self) -> Excitation:
-        """The excitation that sets the chain in motion, whatever the form of `striker`."""
         if isinstance(self.striker, Excitation):
             return self.striker
         return Impact(self.striker, self.impact_speed or 0.0)
@@ -124,7 +119,7 @@ class Chain:
 
     @property
     def body(self) -> Bead | None:
-        """Body 0 of the results, the striker; None where there is none, or a force or a motion replaces it."""
+        """Body 0 of the results, the striker, if there is one."""
         return self.excitation.body
 
     @property

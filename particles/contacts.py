@@ -1,36 +1,24 @@
 """The contacts of a chain: the two bodies of each, its law, and the tables that the compiled loops take for it."""
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
-from math import inf, pi, sqrt
+from math import inf
 from typing import Any, TypeVar
 
 import numpy as np
 
-from particles.bead import Bead, Cylinder, contact_modulus, surface_of
+from particles.bead import Bead
 from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
 from particles.laws.axisymmetric import ComputedLaw, force_by_formula
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, filled
 from particles.laws.yielding import YieldingContact
 from structures.structure import Vector
-from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
+from structures.surface import Surface
 from structures.units import readable
 
 T = TypeVar("T")
 Pair = tuple[Bead, Bead | Surface]
 Laws = Sequence[ContactLaw | None]
-Groups = dict[ContactLaw, Vector]
-"""Each different law, and the numbers from zero of the contacts that have it."""
-
-TABLE_ERROR, OTHER_BODIES = 1e-4, 0.01
-"""Relative error of the table of a user's law, above which a run warns; AR then changes by about as much. Relative
-difference of two forces by formulas, above which a computed law is that of other bodies."""
-
-OF_HERTZ = 1.0 / 3.0
-"""Power of the force in the pressure of a round or elliptic contact."""
-
-UNKNOWN = 0.0, 1.0, inf
-"""The pressure of a contact that never yields, see `yield_pressures`."""
+Groups = dict[ContactLaw, Vector]  # each different law, and the numbers from zero of the contacts that have it
 
 
 def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) -> list[T | None]:
@@ -44,15 +32,11 @@ def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) ->
 
 def grouped(laws: Laws) -> Groups:
     """Return the different laws and their contacts."""
-    # By identity first: the hash of a law takes longer than a step of the chain.
-    places: dict[int, list[int]] = {}
-    for i, law in enumerate(laws):
-        places.setdefault(id(law), []).append(i)
     groups: dict[ContactLaw, list[int]] = {}
-    for same in places.values():
-        if (law := laws[same[0]]) is not None:
-            groups.setdefault(law, []).extend(same)
-    return {law: np.array(sorted(contacts)) for law, contacts in groups.items()}
+    for i, law in enumerate(laws):
+        if law is not None:
+            groups.setdefault(law, []).append(i)
+    return {law: np.array(contacts) for law, contacts in groups.items()}
 
 
 def kernel_laws(laws: Laws) -> Any:
@@ -108,10 +92,7 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
 
 
 def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
-    """Return what a user must know of the laws: their own cautions; and where a run went beyond what a law is good for.
-
-    deepest: the greatest approach of each contact, m.
-    """
+    """Return the laws' own cautions, and those where the greatest approaches, m, are beyond what a law is good for."""
     remarks = {f"contact law: {law.caution}": None for law in groups if law.caution}
     beyond = []
     for law, contacts in groups.items():
@@ -125,40 +106,15 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
             approach, theirs = law.approaches[-1], [pairs[i] for i in contacts]
             forces = once_per_pair(theirs, lambda pair, _, approach=approach: force_by_formula(pair, approach))  # type: ignore[misc]
             ratios = np.array([law.formula if force is None else force for force in forces]) / law.formula
-            if (others := np.flatnonzero(abs(ratios - 1.0) > OTHER_BODIES)).size:
+            if (others := np.flatnonzero(abs(ratios - 1.0) > 0.01)).size:
                 beyond.append(
                     f"contact law: that of contact {contacts[others[0]] + 1} ({law.name}) was computed for other "
                     f"bodies; by formulas the force is {ratios[others[0]]:.3g} times theirs there; give the law of its "
                     "bodies, or a function of two bodies"
                 )
-        if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > TABLE_ERROR:
+        if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > 1e-4:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
                 "give a law that is smooth, at least over a thirtieth of its approach"
             )
     return list(remarks), beyond
-
-
-def yield_pressures(pairs: Sequence[Pair | None]) -> Vector:
-    """Return unit, power and limit of each contact, 3 × contacts: the greatest pressure is p₀ = unit · F^power, Pa, and
-    the weaker body yields from the limit on, which is infinite where nothing is known."""
-
-    def of(pair: Pair, _: int) -> tuple[float, float, float]:
-        length = min((body.length for body in pair if isinstance(body, Cylinder)), default=inf)
-        return _yield_pressure(surface_of(pair[0]), surface_of(pair[1]), length)
-
-    return np.array([pressure or UNKNOWN for pressure in once_per_pair(pairs, of)]).T
-
-
-@lru_cache(maxsize=256)  # thousands of runs have the same beads
-def _yield_pressure(surface: Surface, facing: Surface, length: float) -> tuple[float, float, float]:
-    limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
-    if limit == inf:
-        return UNKNOWN
-    try:
-        flat, sharp = relative_curvatures(surface, facing)
-    except ValueError:
-        return UNKNOWN  # bodies that conform have a law of the user's own
-    if flat > 1e-12 * sharp:
-        return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
-    return sqrt(contact_modulus(surface, facing) * sharp / (pi * length)), 0.5, limit

@@ -1,14 +1,10 @@
-"""Losses of energy in a chain: one law for all contacts, or a drag on all bodies. Each takes energy only.
-
-A loss between two bodies acts on both with opposite forces, so momentum is kept; elastic force and loss together never
-pull. The drag and the thesis's form of the power law act on single bodies and do not keep momentum.
-"""
+"""Losses of energy in a chain: at all contacts, where they keep momentum, or on all bodies."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import fields
 from math import acos, acosh, log, sqrt
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -18,11 +14,8 @@ from structures.described import described
 from structures.quantities import OneOf, Quantity, Time
 from structures.structure import Vector
 
+# The forms of a loss at a contact, in the order of `particles.kernels.losses`.
 CONTACT_PIECES = "dashpot", "tangent", "secant"
-"""The forms of a loss at a contact, in the order of `particles.kernels.losses`."""
-
-NEIGHBOURS = 4.0
-"""Largest damping rate of equation 4.1 over that of one contact: a body has two, and each contact joins two bodies."""
 
 
 class Dissipation(ABC):
@@ -33,29 +26,17 @@ class Dissipation(ABC):
     "bodies" is the thesis's equation 4.1, and "drag" a force c m v on each body. A form of your own is a NamedTuple
     with the static method `with_loss`, see docs/extending.md.
 
-    Attributes
-    ----------
-    piece : str or type
-        Form of the force.
-    exponent : float
-        Power α of the rate; 1 unless a subclass defines it.
-
     Examples
     --------
-    >>> import numpy as np
-    >>> class HeavierIsSlower(hl.Dissipation):
-    ...     piece = "tangent"
-    ...
-    ...     def coefficients(self, mass):
-    ...         return 1e-4 * mass
-    >>> HeavierIsSlower().coefficients(np.array([2e-3]))
-    array([2.e-07])
+    >>> isinstance(hl.LinearDashpot(5.0), hl.Dissipation)
+    True
     """
 
-    piece: str | type
+    piece: str | type  # form of the force
 
     @property
     def exponent(self) -> float:
+        """Power α of the rate; 1 unless a subclass defines it."""
         return 1.0
 
     @abstractmethod
@@ -65,18 +46,18 @@ class Dissipation(ABC):
     def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
         """Return how fast the loss would stop each contact, 1/s, which limits the step.
 
-        mass, kg: reduced masses; speed, m/s: of the bodies; tangent, secant: F′ and F/δ, N/m, at the depth at which a
-        contact holds all energy of the impact, plus that of the preload. The default is for the forms above, whose c is
-        in N s/m where α is 1 (1/s for "drag"). For a piece of your own return the greatest derivative of its force by
-        the rate, over the mass.
+        mass: reduced masses, kg. tangent, secant: F′ and F/δ of contacts that hold all energy, N/m. speed: of bodies,
+        m/s. The default is for the forms above. A piece of your own returns the slope of its force by the rate over
+        the mass.
         """
-        grown: dict[Any, Any] = {"tangent": tangent, "secant": np.sqrt(0.5 * (tangent + secant)), "bodies": NEIGHBOURS}
+        # Of "bodies", a body has two contacts, and each contact joins two bodies.
+        grown: dict[Any, Any] = {"tangent": tangent, "secant": np.sqrt(0.5 * (tangent + secant)), "bodies": 4.0}
         rates: Vector = coefficients_of(self, mass) * grown.get(self.piece, 1.0) * speed ** (self.exponent - 1.0)
         return rates if self.piece == "drag" else rates / mass
 
 
 class _Even(Dissipation):
-    """A loss that has the same coefficient everywhere, its first number."""
+    """A loss whose first field is the coefficient of every contact."""
 
     def coefficients(self, mass: Vector) -> Vector:
         return np.full_like(mass, getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
@@ -93,8 +74,7 @@ class LinearDashpot(_Even):
 
     Examples
     --------
-    >>> hl.LinearDashpot(5.0)
-    LinearDashpot(coefficient=5.0)
+    >>> loss = hl.LinearDashpot(coefficient=5.0)
     """
 
     coefficient: Annotated[float, Quantity("N s/m", "a coefficient", "5 N s/m", or_zero=True)]
@@ -112,13 +92,11 @@ class PowerDashpot(_Even):
     exponent : float
         α, from 1 to 5.
     form : str
-        "pairwise": γ |dδ/dt|^α against the approach rate of touching beads, which keeps momentum. "thesis": a force on
-        each bead by the difference of the approach rates at its two contacts, which keeps it for α = 1 only.
+        "pairwise": against the rate of each contact. "thesis": on each bead, by the difference of the rates at both.
 
     Examples
     --------
-    >>> hl.PowerDashpot(coefficient=5.58, exponent=1.81, form="thesis")
-    PowerDashpot(coefficient=5.58, exponent=1.81, form='thesis')
+    >>> loss = hl.PowerDashpot(coefficient=5.58, exponent=1.81, form="thesis")
     """
 
     coefficient: Annotated[float, Quantity("N (s/m)^α", or_zero=True, written="")]
@@ -141,8 +119,7 @@ class MassProportional(_Even):
 
     Examples
     --------
-    >>> hl.MassProportional(rate=6900.0)
-    MassProportional(rate=6900.0)
+    >>> loss = hl.MassProportional(rate=6900.0)
     """
 
     rate: Annotated[float, Quantity("1/s", "a rate", "6900 1/s", or_zero=True)]
@@ -160,8 +137,7 @@ class KuwabaraKono(_Even):
 
     Examples
     --------
-    >>> hl.KuwabaraKono(time=1e-6)
-    KuwabaraKono(time=1e-06)
+    >>> loss = hl.KuwabaraKono(time=1e-6)
     """
 
     time: Time
@@ -182,8 +158,7 @@ class Tsuji(Dissipation):
 
     Examples
     --------
-    >>> hl.Tsuji(coefficient=0.07)
-    Tsuji(coefficient=0.07)
+    >>> loss = hl.Tsuji(coefficient=0.07)
     """
 
     coefficient: Annotated[float, Quantity(or_zero=True)]
@@ -216,10 +191,7 @@ class Restitution(Dissipation):
 
     @property
     def damping_ratio(self) -> float:
-        """ζ of the collision, which in δ^{5/4} is a linear oscillator, and ends where the force would begin to pull.
-
-        e = exp(−2θ/tan θ) with cos θ = ζ; θ is imaginary where ζ > 1.
-        """
+        """ζ of e = exp(−2θ/tan θ) with cos θ = ζ; θ is imaginary where ζ > 1."""
         from scipy.optimize import brentq
 
         def decay(ratio: float) -> float:
@@ -232,34 +204,27 @@ class Restitution(Dissipation):
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
-    """Return the coefficients of a loss at contacts of these reduced masses, kg; a ValueError if they are not valid."""
+    """Return the coefficients of a loss at contacts of these reduced masses, kg; refuses wrong ones."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
     if piece not in (*CONTACT_PIECES, "bodies", "drag") and getattr(piece, "_fields", ("",))[0] != "coefficient":
         raise ValueError(
             f"{name}.piece = {short(piece)}: must be dashpot, tangent, secant, bodies, drag, or a NamedTuple with the "
             "static method with_loss, whose first field is coefficient"
         )
-    return one_each(f"{name}.coefficients", loss.coefficients(mass.copy()), mass)
-
-
-def one_each(name: str, answer: Any, mass: Vector) -> Vector:
-    """Return an answer of a user's loss as an array; a ValueError if it has not one number for each contact."""
-    numbers = np.asarray(answer)
+    answer = loss.coefficients(mass.copy())
+    numbers = np.array(answer)
     right = numbers.dtype.kind in "fiu" and numbers.shape == mass.shape
     if not right or not np.all((numbers >= 0.0) & (numbers < np.inf)):
         raise ValueError(
-            f"{name} = {short(answer)}: must be {mass.size} finite numbers, one for each contact with that of striker "
-            "and structure, and none negative"
+            f"{name}.coefficients = {short(answer)}: must be {mass.size} finite numbers, none negative, one for each "
+            "contact with that of striker and structure"
         )
-    return np.array(numbers, dtype=float)
+    return numbers.astype(float)
 
 
 def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: Vector, free: Vector) -> Any:
-    """Return the losses of chains as a piece of the compiled loops.
-
-    losses: that of each chain, with the reduced masses of its contacts. present, free: of all chains, whether there is
-    a contact, and whether the body behind it moves freely.
-    """
+    """Return the losses of chains as a piece: of each its loss and reduced masses; present: whether there is a contact;
+    free: whether the body behind it moves freely."""
     given = [loss for loss, _ in losses if loss is not None]
     if not given:
         return NoLoss()
@@ -281,15 +246,13 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
             coefficient[place] = at_contacts
             form[place] = CONTACT_PIECES.index(loss.piece) if loss.piece in CONTACT_PIECES else 0
 
-    # A piece of a user's own has numbers that are the same for all contacts.
-    own = {None if isinstance(loss.piece, str) else (loss.piece, *_more(loss)) for loss in given}
-    if own == {None}:
+    # The numbers of a user's own piece behind its coefficient are the same for all contacts.
+    pieces: list[Any] = [loss.piece for loss in given if not isinstance(loss.piece, str)]
+    if not pieces:
         return Losses(coefficient, exponent, form, drag_rate, on_body)
-    if len(own) > 1:
+    numbers = {
+        tuple(getattr(loss, name) for name in pieces[0]._fields[1:]) for loss in given if loss.piece == pieces[0]
+    }
+    if len(numbers) > 1 or any(loss.piece != pieces[0] for loss in given):
         raise ValueError("dissipation: the chains of a run must have one loss with a piece of its own, or none")
-    return cast(Any, given[0].piece)(coefficient, *_more(given[0]))
-
-
-def _more(loss: Dissipation) -> tuple[Any, ...]:
-    """Return the numbers of a piece of a user's own but its coefficient."""
-    return tuple(getattr(loss, name) for name in cast(Any, loss.piece)._fields[1:])
+    return pieces[0](coefficient, *numbers.pop())

@@ -1,7 +1,4 @@
-"""What sets a chain in motion: a free striker, a first bead with a speed, a spring, a force history, a motion.
-
-A `Chain` turns each form of its `striker` into an Excitation, which answers all that the chain asks of it.
-"""
+"""What sets a chain in motion: a free striker, a first bead with a speed, a spring, a force history, a motion."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -19,21 +16,16 @@ from structures.quantities import Coordinate, Force, Likely, Moment
 from structures.structure import Vector
 from structures.surface import Surface
 
-STILL = 1e-2
-"""m/s, the scale of speeds in a chain that is at rest."""
+STILL = 1e-2  # m/s, the scale of speeds in a chain that is at rest
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """An excitation as the compiled loops know it.
+    """An excitation as the compiled loops know it."""
 
-    kind: what body 0 is, one of FREE, PUSHED, MOVED and STEADY of `particles.kernels.drives`. history: 3 × n, times (s)
-    from 0, values (N or m) and rates. spring (N/m) pushes body 0 until `left` (m) of its compression is gone.
-    """
-
-    kind: int
-    history: Any = ((0.0,),) * 3
-    spring: float = 0.0
+    kind: int  # what body 0 is: FREE, PUSHED, MOVED or STEADY of `particles.kernels.drives`
+    history: Any = ((0.0,),) * 3  # 3 × n: times from 0 s, values (N or m) and rates
+    spring: float = 0.0  # N/m, pushes body 0 until `left` (m) of its compression is gone
     left: float = 0.0
 
     def __post_init__(self) -> None:
@@ -49,25 +41,15 @@ class Drive:
 
 
 class Excitation(ABC):
-    """What sets a chain in motion. Derive a class from it for an excitation of your own.
-
-    A subclass defines `drive`, the form in which the compiled loops know it, and `energy`. The rest has defaults that
-    fit a history of forces or motions.
-
-    Attributes
-    ----------
-    body : Bead or None
-        Body 0 of the results, a striker that moves freely; None where there is none.
-    drive : Drive
-        Kind of body 0, history and spring.
+    """What sets a chain in motion. A subclass for an excitation of your own defines `drive` and `energy`.
 
     Examples
     --------
-    >>> isinstance(hl.PushedBead([0.0, 20e-6, 40e-6], [0.0, 50.0, 0.0]), hl.Excitation)
+    >>> isinstance(hl.Piston(), hl.Excitation)
     True
     """
 
-    body: Bead | None = None
+    body: Bead | None = None  # body 0 of the results, a striker that moves freely
 
     @property
     @abstractmethod
@@ -76,7 +58,7 @@ class Excitation(ABC):
 
     @abstractmethod
     def energy(self, mass: float, gravity: float) -> float:
-        """Return the excitation's energy, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
+        """Return the energy, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
 
     def speed(self, gravity: float) -> float:
         """Return the speed at time zero, m/s, of the body, or of the first bead where there is none."""
@@ -109,20 +91,16 @@ class Impact(Excitation):
 
 @described
 class SpringLoaded(Excitation):
-    """A striker that a compressed spring throws at the first bead (Khatri's thesis, section 6.3).
-
-    The massless spring never pulls. Travel beyond the compression is free flight. Time zero is the first contact.
+    """A striker that a massless spring throws at the first bead (Khatri's thesis, section 6.3).
 
     Parameters
     ----------
     striker : Bead
-        The body that is thrown, body 0 of the results.
-    stiffness : float
-        Stiffness of the spring, N/m.
-    compression : float
-        Compression of the spring when it is released, m.
+        The body that is thrown, body 0 of the results. Time zero is its first contact.
+    stiffness, compression : float
+        The spring's stiffness, N/m, and its compression when it is released, m.
     travel : float, optional
-        Distance from the striker to the first bead, m; by default the compression.
+        Distance from the striker to the first bead, m; by default the compression. Beyond it the striker flies.
 
     Examples
     --------
@@ -151,26 +129,21 @@ class SpringLoaded(Excitation):
 
     @property
     def left(self) -> float:
-        """Compression that is left at the first contact, m."""
         return max(self.compression - float(self.travel or 0.0), 0.0)
 
     def speed(self, gravity: float) -> float:
-        """Return the striker's speed at its first contact, m/s, by the energies of spring and gravity (m/s²)."""
         spring = self.stiffness * (self.compression**2 - self.left**2) / self.striker.mass
         square = spring + 2.0 * gravity * float(self.travel or 0.0)
         if square <= 0.0:
-            raise ValueError(
-                f"stiffness = {self.stiffness!r}: the spring is too weak for the striker to reach the chain"
-            )
+            raise ValueError(f"stiffness = {self.stiffness!r}: too weak a spring for the striker to reach the chain")
         return sqrt(square)
 
     def energy(self, mass: float, gravity: float) -> float:
-        """Return the striker's kinetic energy at time zero, and what is left in the spring, J."""
         return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.left**2
 
 
 class _History(Excitation):
-    """An excitation by monotone cubics through points over time. A subclass names its values, and their unit."""
+    """Values over time by monotone cubics through points. A subclass names its values, and their unit."""
 
     time: Sequence[float]
     kind: int
@@ -194,7 +167,6 @@ class _History(Excitation):
 
     @property
     def history(self) -> Vector:
-        """Times, values and rates, 3 × n."""
         from scipy.interpolate import PchipInterpolator
 
         values = getattr(self, self.values)
@@ -207,22 +179,16 @@ class _History(Excitation):
 
 @described
 class PushedBead(_History):
-    """A force history on the first bead in place of a striker.
-
-    Monotone cubics run between the points, and the last force stays. Contact 1 of the results is this force, or the
-    contact with a structure behind the chain.
+    """A force history on the first bead in place of a striker; contact 1 of the results is this force.
 
     Parameters
     ----------
-    time : sequence of float
-        Times, s, increasing from zero.
-    force : sequence of float
-        Forces, N, as many as times.
+    time, force : sequence of float
+        Times from zero, s, and as many forces, N. Monotone cubics run between them, and the last force stays.
 
     Examples
     --------
-    >>> hl.PushedBead(time=[0.0, 20e-6, 40e-6], force=[0.0, 50.0, 0.0])
-    PushedBead(3 points up to 4e-05 s, 50 N)
+    >>> push = hl.PushedBead(time=[0.0, 20e-6, 40e-6], force=[0.0, 50.0, 0.0])
     """
 
     time: Sequence[Moment]
@@ -230,7 +196,7 @@ class PushedBead(_History):
     kind, values, unit = PUSHED, "force", "N"
 
     def energy(self, mass: float, gravity: float) -> float:
-        """Return ½ J²/m of the history's impulse J, J."""
+        """As of a bead with the history's impulse."""
         times, values, _ = self.history
         impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
         impulse = impulse or float(np.abs(values).max() * times[-1])
@@ -239,23 +205,18 @@ class PushedBead(_History):
 
 @described
 class Piston(_History):
-    """A rigid piston with a prescribed motion that presses on the first bead.
-
-    At rest it holds a preloaded chain in its place. Monotone cubics run between the points, and the last place is kept.
+    """A rigid piston behind the first bead; at rest it holds a preloaded chain in its place.
 
     Parameters
     ----------
-    time : sequence of float
-        Times, s, increasing from zero.
-    displacement : sequence of float
-        Displacements towards the chain, m, from zero, as many as times.
+    time, displacement : sequence of float
+        Times, s, and displacements towards the chain, m, both from zero, as in `PushedBead`.
     surface : Surface, optional
         Surface of the piston; by default a flat of the first bead's material.
 
     Examples
     --------
-    >>> hl.Piston([0.0, 20e-6], [0.0, 5e-6])
-    Piston(2 points up to 2e-05 s, 5e-06 m)
+    >>> piston = hl.Piston([0.0, 20e-6], [0.0, 5e-6])
     """
 
     time: Sequence[Moment] = (0.0, 1.0)
@@ -270,7 +231,7 @@ class Piston(_History):
             raise ValueError(f"displacement: must start from 0 m, not {self.displacement[0]!r}")
 
     def energy(self, mass: float, gravity: float) -> float:
-        """Return the energy of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
+        """As of the first bead at twice the greatest speed."""
         times, values, rates = self.history
         fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2

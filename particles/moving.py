@@ -13,7 +13,6 @@ from scipy.special import gamma
 from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain, reduced_masses
-from particles.dissipation import one_each
 from particles.joined import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED
@@ -26,34 +25,21 @@ from structures.checks import instance, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
 
+# Steps in the shortest contact's duration. Verlet then keeps the energy to 1e-6 of the striker's (tests).
 STEPS_PER_CONTACT = 1800
-"""Steps in the shortest contact's duration. Verlet then keeps the energy to 1e-6 of the striker's (tests)."""
-
-HOP = 0.5
-"""Time in which a wave goes on by one bead, over that of a contact. Solitary waves behind a striker like the beads:
-1.19 (m²/(k²v))^⅕ (`wave_speed_from_particle_speed`) over 2.44 of these; linear waves: √(m/C) over π√(m/2C)."""
-
+# Steps in the time in which the strongest loss would stop a contact; matters for soft, small, sticky beads only.
 STEPS_PER_DAMPING = 40
-"""Steps in the time in which the strongest loss would stop a contact; matters for soft, small, sticky beads only."""
-
 TINY = float(np.finfo(float).tiny)
-
-MOST_STEPS = 1e13
-"""Steps × bodies in a run: some hours."""
 
 
 class ChainState(NamedTuple):
-    """Positions from touching, unloaded beads (m) and velocities (m/s) of striker, or the surface behind, and beads.
+    """The motion of striker, or the surface behind, and beads."""
 
-    Where contacts yield, behind the positions is what they remember, see particles.kernels.laws.Yielding.
-    lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
-    """
-
-    position: Vector
-    velocity: Vector
-    lost: float = 0.0
-    time: float = 0.0
-    driven: float = 0.0
+    position: Vector  # m, from touching, unloaded beads; behind it what contacts that yield remember
+    velocity: Vector  # m/s
+    lost: float = 0.0  # energy lost so far, J
+    time: float = 0.0  # s from the first contact
+    driven: float = 0.0  # work of a force history or piston so far, J
 
 
 T = TypeVar("T")
@@ -64,19 +50,18 @@ def fact(make: Callable[[Any], T]) -> cached_property[T]:
 
     @wraps(make)
     def of_chain(chain: Any) -> T:
-        made: T = chain.once(make.__name__, lambda: make(chain))
-        return made
+        return chain.once(make.__name__, lambda: make(chain))  # type: ignore[no-any-return]
 
     return cached_property(of_chain)
 
 
 @lru_cache(maxsize=64)
 def known_facts(*parts: Any) -> dict[str, Any]:
-    """Return the facts of chains with equal parts and loads, which they fill; a batch has thousands of such chains."""
+    """Return the facts of chains with equal parts and loads, which they fill: a batch has thousands."""
     return {}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class MovingChain:
     """A chain as a participant: advance(state, (surface at start, at end), window) → (state, mean force).
 
@@ -88,18 +73,15 @@ class MovingChain:
         What the last bead faces, and what the first one faces in the place of a striker, as body 0; None for nothing.
     flexibility, behind_flexibility : float
         Massless springs behind these contacts, m/N.
-    dt : float, optional
-        The longest step, s; by default from the shortest contact time. A window holds a whole number of steps.
+    dt, fineness : float, optional
+        The longest step, s, by default from the shortest contact time; else a factor of the number of steps.
     impact_energy : float, optional
         Scale of steps and tolerances, J; by default the chain's own.
-    fineness : float
-        Factor of the number of steps, where no dt is given.
 
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> side = hl.stepping.MovingChain(hl.Chain([bead] * 10, bead, 0.44), hl.Surface(hl.STEEL_316))
-    >>> state, force = side.advance(side.start(), (0.0, 0.0), 1e-6)
     """
 
     chain: Chain
@@ -122,7 +104,6 @@ class MovingChain:
                 f"striker = {type(self.chain.striker).__name__}: must be None or a PushedBead for a chain with a "
                 "structure behind it, which has the striker's place"
             )
-        vars(self).update(self.shared)
         _ = self.rest  # the equilibrium refuses what is wrong with loads, laws and bodies
         deepest = self._deepest_alone
         for name, contact in (("flexibility", -1), ("behind_flexibility", 0)):
@@ -137,10 +118,6 @@ class MovingChain:
             if self.dt > (most := self.stable_step):
                 raise ValueError(f"dt = {self.dt!r}: too large for a stable step; must be below {most:.3g} s")
 
-    def __repr__(self) -> str:
-        facing = short(self.surface) if self.behind is None else f"{short(self.surface)}, behind={short(self.behind)}"
-        return f"{type(self).__name__}({self.chain!r}, {facing})"
-
     def once(self, name: str, make: Callable[[], Any]) -> Any:
         """Return a fact that does not depend on the impact speed, made once for chains that differ in nothing else."""
         if name not in self.shared:
@@ -149,10 +126,7 @@ class MovingChain:
 
     @cached_property
     def shared(self) -> dict[str, Any]:
-        """The facts of an earlier chain that differs in its speed alone; empty where there is none.
-
-        Objects of a user's own classes may change.
-        """
+        """The facts of an earlier chain that differs in its speed alone; objects of a user's classes may change."""
         chain = self.chain
         parts = (*chain.beads, chain.striker, chain.body, chain.law, chain.dissipation)
         loads = chain.impact_speed is None, chain.gravity, chain.inclination, chain.preload
@@ -183,8 +157,6 @@ class MovingChain:
     def laws(self) -> tuple[ContactLaw | None, ...]:
         """The law of each contact, before it yields: the user's, or that of `law_between`; None without contact."""
         given = None if isinstance(self.chain.law, YieldingLaw) else self.chain.law
-        # Keeps what a function returned, or another object could get the same id.
-        copies: dict[int, tuple[ContactLaw, ContactLaw]] = {}
 
         def between(pair: contacts.Pair, _: int) -> ContactLaw:
             if given is None or (isinstance(given, ContactLaw) and isinstance(pair[1], Surface)):
@@ -192,8 +164,7 @@ class MovingChain:
             if isinstance(given, ContactLaw):
                 return given
             what = "a function that returns a contact law such as PowerLaw(k, n)"
-            law = check_contact_law("law", given(*pair), what)
-            return copies.setdefault(id(law), (law, unchanging(law)))[1]
+            return unchanging(check_contact_law("law", given(*pair), what))
 
         return tuple(contacts.once_per_pair(self.pairs, between))
 
@@ -203,7 +174,7 @@ class MovingChain:
 
     @property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
-        """The contacts' laws as the kernels take them."""
+        """The same as the kernels take them."""
         return self.laws
 
     @property
@@ -213,7 +184,7 @@ class MovingChain:
 
     @fact
     def yielding(self) -> tuple[YieldingContact | None, ...] | None:
-        """How each contact yields, None for one that does not; None for a chain whose law is no YieldingLaw."""
+        """How each contact yields, if it does; None for a chain whose law is no YieldingLaw."""
         if not isinstance(law := self.chain.law, YieldingLaw):
             return None
         yielding = contacts.once_per_pair(self.pairs, lambda pair, i: law.contact(*pair, self.laws[i]))
@@ -236,7 +207,7 @@ class MovingChain:
 
     @property
     def force_by_approach(self) -> bool:
-        """True if the force of a contact depends on the approach of its two bodies alone."""
+        """Whether the force of a contact depends on the approach of its two bodies alone."""
         return isinstance(self.model.loss, NoLoss) and self.yielding is None and self.vibrating is None
 
     @fact
@@ -248,7 +219,7 @@ class MovingChain:
         return groups
 
     def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
-        """Return of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
+        """Return what `of` gives for each law and its contacts; zero where there is no contact."""
         values = np.zeros(len(self.laws))
         for law, which in self.groups.items():
             values[which] = of(law, which)
@@ -274,7 +245,6 @@ class MovingChain:
         return force
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
-        """Return the laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""
         return contacts.cautions(self.pairs, self.groups, deepest)
 
     @property
@@ -335,19 +305,16 @@ class MovingChain:
 
     @cached_property
     def _contact_times(self) -> Vector:
-        """The time of each contact, s, zero where there is none: a free collision at the speed, or a preloaded swing.
-
-        For F = k δⁿ a collision takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times deepest approach over speed.
-        """
+        """The time of each contact, s, zero where there is none: of a free collision, or of a preloaded swing."""
         energy = 0.5 * self.reduced_mass * self.speed**2
         deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
+        # For F = k δⁿ it takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times deepest approach over speed.
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
         order = np.divide(energy, force * deepest, out=np.ones(force.size), where=force > 0.0)
         collision = deepest / self.speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
         swing = self._over_contacts(lambda law, i: np.full(i.size, pi))
         swing /= np.sqrt(np.maximum(self._tangent(self.preload) / self.reduced_mass, TINY))
-        times: Vector = np.minimum(collision, swing)
-        return times
+        return np.minimum(collision, swing)  # type: ignore[no-any-return]
 
     @cached_property
     def contact_time(self) -> float:
@@ -357,7 +324,8 @@ class MovingChain:
     @cached_property
     def transit_time(self) -> float:
         """The time of a wave from the struck end to the other, s, to some 10 % in a chain of like beads."""
-        return HOP * float(self._contact_times.sum())
+        # A wave hops to the next bead in about half the time of a contact, both solitary waves and linear ones.
+        return 0.5 * float(self._contact_times.sum())
 
     @cached_property
     def _deepest_alone(self) -> Vector:
@@ -379,8 +347,7 @@ class MovingChain:
             return inf
         deepest = self._deepest_alone + self.preload
         secant = self.force(deepest) / np.maximum(deepest, TINY)
-        rates = loss.rates(self.reduced_mass, self._tangent(deepest), secant, self.speed)
-        fastest = float(one_each(f"{type(loss).__name__}.rates", rates, self.reduced_mass).max())
+        fastest = float(np.max(loss.rates(self.reduced_mass, self._tangent(deepest), secant, self.speed)))
         return 1.0 / fastest if fastest > 0.0 else inf
 
     @property
@@ -390,23 +357,21 @@ class MovingChain:
 
     @property
     def stable_step(self) -> float:
-        """The longest stable step, s, by the highest rate that a contact with all of the scale's energy could have."""
+        """The longest stable step, s, if a contact held all of the energy."""
         fastest = np.sqrt(2.0 * self._tangent(self._deepest_alone + self.preload) / self.reduced_mass).max()
         return min(2.0 / float(fastest), 2.0 * self.damping_time)
 
     @cached_property
     def longest_step(self) -> float:
         """The step by default, s; strong losses and vibrations need theirs in coarse runs too."""
-        finer = max(self.fineness, 1.0)
-        return min(
-            self.contact_time / (STEPS_PER_CONTACT * self.fineness), self.damping_time / (STEPS_PER_DAMPING * finer)
-        )
+        by_loss = self.damping_time / (STEPS_PER_DAMPING * max(self.fineness, 1.0))
+        return min(self.contact_time / (STEPS_PER_CONTACT * self.fineness), by_loss)
 
     def steps(self, window: float) -> int:
         """Return the steps in a window."""
         step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
-        if count * self.mass.size > MOST_STEPS:
+        if count * self.mass.size > 1e13:  # some hours
             by_loss = self.strongest_loss[0] if self.damping_time < self.contact_time else f"until = {window:.3g}"
             name = by_loss if self.dt is None else f"dt = {step:.3g}"
             raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; must take fewer")
@@ -419,11 +384,11 @@ class MovingChain:
         return ChainState(self.rest.copy(), velocity)
 
     def advance(self, state: ChainState, motion: tuple[Any, Any], window: float) -> tuple[ChainState, Any]:
-        """Move on by one window (s) while the surface moves linearly between two displacements (m).
+        """Return the state after a window (s) in which the surface moves from one displacement (m) to another, and the
+        mean force on it above the static one (N).
 
-        Returns the new state and the mean force (N) on the surface above the static one. With a surface behind, each
-        displacement and the force are arrays of two numbers, the last end's first; displacements are positive away
-        from the chain, so backwards for the surface behind.
+        With a surface behind, displacements and forces are arrays of two, the last end's first, positive away from the
+        chain.
         """
         y, v = np.empty_like(state.position), np.empty_like(state.velocity)
         contact, moved = np.zeros(np.size(motion[0]), kernels.TRIED), np.zeros(1, kernels.MOVED)
@@ -432,8 +397,8 @@ class MovingChain:
             self.model, state.position, state.velocity, y, v, self.work_space(), state.time, window, contact,
             pace_of(self.model, [self.steps(window)], y.size), moved, False,
         )  # fmt: skip
-        lost, driven = moved[0]
-        end = ChainState(y, v, state.lost + float(lost), state.time + window, state.driven + float(driven))
+        lost, driven = moved[0].tolist()
+        end = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
         if self.behind is None:
             return end, float(contact["answer"][0] - self.static_force[-1])
         return end, contact["answer"] - self.static_force[[-1, 0]]

@@ -1,8 +1,7 @@
 # mypy: disable-error-code="no-any-return"
-"""Waves in a chain of identical particles whose contacts obey F = k δⁿ: closed forms of Nesterenko's long-wave theory.
+"""Closed forms of Nesterenko's long-wave theory of a uniform chain; docs/theory.md discusses them.
 
-Equation numbers are those of Khatri's thesis; docs/theory.md says where they are misprinted. The theory assumes that
-the strain changes little over one particle; each docstring gives its difference from a chain of point masses.
+Equation numbers are those of Khatri's thesis. Docstrings give the difference from a chain of point masses.
 """
 
 from math import pi, sqrt
@@ -17,43 +16,29 @@ from structures.quantities import Quantity
 from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
-
-HERTZ = 1.5
-"""Exponent of Hertz's law F = k δ^1.5."""
-
+HERTZ = 1.5  # exponent of Hertz's law F = k δ^1.5
 PARTICLE_TO_STRIKER_SPEED = 0.682
-"""Greatest speed of a particle over the speed of a striker that equals the particles, for Hertz's law without preload
-and losses, ten particles or more from either end (equation 6.16; Chatterjee 1999). `Chain` gives 0.6816."""
+"""Greatest speed of a particle over that of an equal striker, for Hertz's law (equation 6.16; Chatterjee 1999)."""
 
 CONTACT_TO_CENTRE_FORCE = 1.414
-"""β: greatest contact force over the greatest force at a bead's centre, the mean of its two contact forces, which a
-sensor in the bead measures (equation 3.2). `Chain` gives 1.4138 for equal spheres without preload."""
+"""β: greatest contact force over the greatest force at a bead's centre, which a sensor measures (equation 3.2)."""
 
 
 @described
 class UniformChain:
-    """A long chain of identical particles whose contacts obey F = k δⁿ, and closed forms of the waves in it.
-
-    Linear waves are small compared with the preload F₀. Solitary waves are long, and need n > 1. Methods take numbers
-    or arrays.
+    """A long chain of identical particles whose contacts obey F = k δⁿ; solitary waves need n > 1.
 
     Parameters
     ----------
-    size : float
-        Extent D of a particle along the chain, m.
-    mass : float
-        Mass m of a particle, kg.
-    stiffness : float
-        Stiffness k of the contacts, N/mⁿ.
-    exponent : float
-        Exponent n ≥ 1 of the contacts; 3/2 is Hertz's.
+    size, mass : float
+        Extent D of a particle along the chain, m, and its mass m, kg.
+    stiffness, exponent : float
+        k, N/mⁿ, and n ≥ 1 of the contacts; 3/2 is Hertz's.
 
     Examples
     --------
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> chain = hl.theory.UniformChain(bead.size, bead.mass, hl.theory.hertz_stiffness(bead.surface, bead.surface))
-    >>> print(f"{chain.sound_speed(preload=10.0):.1f} {chain.wave_speed_from_force(20.0):.1f}")  # m/s
-    553.0 453.3
+    >>> print(f"{hl.theory.UniformChain(9.52e-3, 3.5e-3, 1e10).wave_speed_from_force(20.0):.1f}")  # m/s
+    510.9
     """
 
     # Powers of sizes beyond the range, and with greater exponents, leave the range of floating point.
@@ -127,7 +112,7 @@ class UniformChain:
         """Return the strain of the solitary wave of a speed V, m/s, no preload, at a position, m, and a time, s.
 
         ξ = [(n+1) V²/(2c²)]^{1/(n−1)} cos^{2/(n−1)}(π (x − Vt)/L) with c² = k D^{n+1}/m, within half the width L of the
-        crest (equation 1.8). Particles move at V ξ, and contact forces are about k (D ξ)ⁿ.
+        crest (equation 1.8).
         """
         n = self._steep
         phase = np.minimum(np.abs(pi * (position - speed * time) / self.width), pi / 2.0)
@@ -137,9 +122,8 @@ class UniformChain:
     def transit_time(self, beads: float, striker_speed: Number, restitution: float = 1.0) -> Number:
         """Return the time of a solitary wave over N beads to a structure and back, s, from the striker's speed, m/s.
 
-        T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} for n = 3/2, no preload, and a striker that equals
-        the beads (equations 6.17 and 6.19, corrected). e is the restitution of the structure, a ratio of particle
-        speeds. The time in contact with the structure is not included; N counts beads between sensor and structure.
+        T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} for n = 3/2 and a striker like the beads (equations
+        6.17 and 6.19, corrected), without the time in contact. e: ratio of particle speeds at the structure.
         """
         e = restitution_coefficient("restitution", restitution)
         v = _given("striker_speed", striker_speed, "m/s")
@@ -153,5 +137,4 @@ class UniformChain:
 
 
 def _given(name: str, value: Any, unit: str) -> Any:
-    """Return numbers that must not be negative."""
     return each(not_negative, name, value, unit)

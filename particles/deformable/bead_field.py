@@ -1,8 +1,7 @@
-"""Displacement and stress inside a bead that is pushed at its poles: a static field, and what its modes add to that.
+"""Displacement and stress inside a bead that is pushed at its poles, by mode acceleration.
 
-Mode acceleration (Williams, Aeronaut. Q. 1 (1949) 123): under the forces of the moment the whole bead, not its modes
-alone, deforms as if it were accelerated evenly, and the modes carry only what their amplitudes differ by from those
-of that state. So the stress at the contacts does not depend on the number of modes.
+Under the forces of the moment the bead deforms as if it were accelerated evenly; its modes carry only what differs from
+that (Williams, Aeronaut. Q. 1 (1949) 123). So the stress at the contacts does not depend on the number of modes.
 """
 
 from math import ceil
@@ -18,11 +17,8 @@ from structures.field import Grid
 from structures.linear_algebra.factor import factorise
 from structures.structure import Vector
 
-CELLS, BEYOND = 8, 1.25
-"""Cells over the radius of the widest contact, and how far even cells go, over that radius."""
-
-SHEAR = 5
-"""Where the stress in the half-plane that is odd in the mid-plane stands: xz of xx, yy, zz, xy, yz, xz."""
+CELLS, BEYOND = 8, 1.25  # cells over the radius of the widest contact, and how far even cells go, over that radius
+SHEAR = 5  # where the stress in the half-plane that is odd in the mid-plane stands: xz of xx, yy, zz, xy, yz, xz
 
 
 class Push(NamedTuple):
@@ -33,11 +29,10 @@ class Push(NamedTuple):
 
 
 class BeadField:
-    """The fields of one bead about its axis, in the half-plane (r, 0, z): the pole that is struck is on top, z > 0.
+    """The fields of one bead in the half-plane (r, 0, z): the pole that is struck is on top, z > 0.
 
-    bead: Sphere, HollowSphere or Ellipsoid(axis="along"). modes: elastic ones, those of `vibration(bead, modes)`.
-    widest, m: radius of its widest contact, which has CELLS cells.
-    grid: points, p × 3, m, from the bead's centre, and cells. Raises ValueError for contacts as wide as half the bead.
+    modes: elastic ones, of `vibration(bead, modes)`. widest: radius of its widest contact, m. grid: points from the
+    centre, m, and cells.
     """
 
     def __init__(self, bead: Any, modes: int, widest: float) -> None:
@@ -81,10 +76,9 @@ class BeadField:
         self.grid = Grid(points, np.concatenate([grid.cells, turned]), grid.kind, np.tile(grid.part, 2), True)
 
     def at(self, struck: Push, far: Push, amplitude: Vector) -> tuple[Vector, Vector]:
-        """Return the displacement from the unloaded shape about the centre of mass, p × 3, m, and stress, p × 6, Pa.
+        """Return the displacement about the centre of mass, p × 3, m, and the stress xx, yy, zz, xy, yz, xz, Pa.
 
-        struck, far: what presses the two poles, on the struck side and on the other; inwards where positive.
-        amplitude: of the modes, √kg·m; see `Vibration`. Stress: xx, yy, zz, xy, yz, xz, where x is r, and y the hoop.
+        struck, far: what presses the poles inwards. amplitude: of the modes, √kg·m. x is r, and y the hoop.
         """
         static = self.at_rest(struck, far)
         loads = self._load(struck), self._load(far)
@@ -109,10 +103,8 @@ class BeadField:
         return amplitude
 
     def _load(self, push: Push) -> Vector:
-        """Return the forces on the nodes of the struck half, N, all along the chain, of Hertz's pressure √(1 − r²/a²).
-
-        With r = a sin φ it is smooth up to its edge: 3 sin φ cos² φ dφ of the force lies between φ and φ + dφ.
-        """
+        """Return the forces on the nodes of the struck half, N, of Hertz's pressure √(1 − r²/a²)."""
+        # With r = a sin φ it is smooth up to its edge: 3 sin φ cos² φ dφ of the force lies between φ and φ + dφ.
         corners = self.radii[::2]
         edges = np.arcsin(np.minimum(corners / max(push.radius, 1e-12), 1.0))
         half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]

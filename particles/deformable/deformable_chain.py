@@ -1,8 +1,7 @@
-"""Chains of deformable beads, whose motion between the contacts is described by a few of their own vibrations.
+"""Chains of beads that move by their lowest free vibrations, and beyond those deform at once.
 
-Substructuring with free interfaces (MacNeal, Comput. Struct. 1 (1971) 581): a bead moves by its rigid motion and its
-lowest free vibrations; beyond those it deforms at once. Of that the part at the pole which is pushed is in the
-contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
+Of that, the part at the pole which is pushed is in the contact's law; that at the other pole is a flexibility,
+`Vibration.cross` (MacNeal, Comput. Struct. 1 (1971) 581).
 """
 
 from functools import cached_property, lru_cache
@@ -28,51 +27,33 @@ from structures.quantities import Asks, Count
 from structures.structure import Vector
 from structures.surface import Surface
 
-MOST_MODES = 20
-"""More take time and change little: eight and sixteen modes give the same wave to 0.01 % (docs/deformable.md)."""
-
-STEPS_PER_VIBRATION = 30
-"""Steps in the shortest period of a bead's modes."""
-
 BEYOND = 4.0
-"""How far tables go on beyond the deepest approach."""
-
-LEAST_LEFT = 0.2
-"""Part of a contact's flexibility that the modes must leave to it: else small errors of both are large ones of what is
-left."""
 
 
 @described
 class DeformableChain(Chain):
     """A chain whose beads deform and vibrate, as in the thesis's finite elements (section 3.2).
 
-    It replaces a Chain anywhere; results also hold the force through each bead's central section, and the amplitudes
-    and energies of its vibration. Gravity, springs, dead loads and force histories act on beads as a whole; losses
-    depend on the rate at which poles approach.
+    It replaces a Chain anywhere; results also hold the force through each bead's central section, and its vibration.
 
     Parameters
     ----------
-    beads : sequence of Bead
-        Spheres, HollowSpheres and Ellipsoids along the chain, from the struck end on.
-    striker, impact_speed, gravity, dissipation, preload, inclination : as of a Chain
-        A body that strikes is one of these beads too.
+    beads, striker, impact_speed, gravity, dissipation, preload, inclination : as of a Chain
+        Bodies are Spheres, HollowSpheres and Ellipsoids along the chain.
     law : ContactLaw or callable or None
-        By default that of finite elements, `hl.laws.computed_law`, up to the approach at which one contact would hold
-        all of the striker's energy. One that is given must count the approach of mid-planes.
+        By default that of finite elements, `hl.laws.computed_law`; one that is given counts the approach of mid-planes.
     modes : int
-        The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 to 20. With 1 the beads are rigid
-        outside their contacts.
+        The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 (rigid) to 20.
     damping : Viscous or None
         The loss inside the beads and the striker: `hl.damping.Modal`, `Rayleigh` or `StandardLinearSolid`.
 
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> hl.DeformableChain([bead] * 10, bead, impact_speed=0.44, modes=4)
-    DeformableChain(10 Sphere, struck by Sphere at 0.44 m/s, modes=4)
+    >>> chain = hl.DeformableChain([bead] * 10, bead, impact_speed=0.44, modes=4)
     """
 
-    modes: Annotated[int, Count(1, MOST_MODES), Asks("the motions of a bead that deforms, such as 8")] = 8
+    modes: Annotated[int, Count(1, 20), Asks("the motions of a bead that deforms, such as 8")] = 8
     damping: Annotated[Viscous, Asks("a loss inside beads that deform")] | None = None
 
     def __post_init__(self) -> None:
@@ -92,10 +73,9 @@ class DeformableChain(Chain):
 
 
 class MovingDeformableChain(MovingChain):
-    """A DeformableChain as a participant, see MovingChain.
+    """A DeformableChain as a participant: behind the positions of the centres of mass are the amplitudes of the modes.
 
-    Behind the positions and velocities of the centres of mass are the amplitudes (m √kg) and rates of the modes, body
-    by body. laws count the approach of mid-planes, local_laws what is left of it without the modes.
+    laws count the approach of mid-planes, local_laws what is left of it without the modes.
     """
 
     chain: DeformableChain
@@ -127,7 +107,7 @@ class MovingDeformableChain(MovingChain):
         return None if self.chain.modes == 1 else self.vibrations
 
     def law_between(self, bead: Any, facing: Any) -> ContactLaw:
-        """Return the law by finite elements; by formulas for structures that are curved in one direction only."""
+        """By finite elements; by formulas for structures that are curved in one direction only."""
         analytic = contact_law(bead, facing)
         if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
             return analytic
@@ -144,7 +124,6 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
-        """Force against the approach of poles less what the modes hold: the residual flexibility, and Hertz's."""
         if self.chain.modes == 1:
             return self.laws
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
@@ -179,7 +158,7 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def _damping_times(self) -> tuple[float, float]:
-        """The times in which losses stop a contact, whose poles are lighter than their bodies, and a vibration."""
+        """In which losses stop a contact, whose poles are lighter than their bodies, and a vibration, s."""
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
         in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
@@ -208,10 +187,10 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def longest_step(self) -> float:
-        return min(super().longest_step, self.shortest_period / (STEPS_PER_VIBRATION * max(self.fineness, 1.0)))
+        return min(super().longest_step, self.shortest_period / (30 * max(self.fineness, 1.0)))
 
     def amplitudes(self, coordinates: Vector) -> Vector:
-        """Return amplitudes of modes from positions, or rates from velocities, saved times × bodies × modes."""
+        """Return amplitudes of modes from positions, or rates from velocities, times × bodies × modes."""
         bodies, modes = self.vibrations.struck.shape
         return coordinates[:, bodies : bodies * (1 + modes)].reshape(len(coordinates), bodies, modes)
 
@@ -221,11 +200,7 @@ class MovingDeformableChain(MovingChain):
         return place + struck, place + far
 
     def section_force(self, contact_force: Vector, position: Vector, velocity: Vector) -> Vector:
-        """Return the compressive force through the central section of each body, saved times × bodies, N.
-
-        contact_force, position and velocity: saved times × contacts, and × coordinates. From the momentum of the struck
-        half.
-        """
+        """Return the compressive force through the central section of each body, N, by the struck half's momentum."""
         vibrations = self.vibrations
         # Where nothing touches the first bead, a force history stands for its contact, which pushes all of the bead.
         pushed = np.where([law is not None for law in self.laws[:-1]], contact_force[:, :-1], 0.0)
@@ -242,7 +217,7 @@ class MovingDeformableChain(MovingChain):
         return force
 
     def vibration_energy(self, position: Vector, velocity: Vector) -> Vector:
-        """Return the kinetic and elastic energy of each body's modes beyond the rigid one, saved times × bodies, J."""
+        """Return the kinetic and elastic energy of each body's modes, times × bodies, J."""
         amplitude, rate = self.amplitudes(position), self.amplitudes(velocity)
         energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
         if self.vibrations.arm.size:
@@ -250,13 +225,13 @@ class MovingDeformableChain(MovingChain):
         return energy
 
     def _stretch(self, position: Vector) -> Vector:
-        """Return the stretch q − z of the arms' springs, saved times × bodies × modes."""
+        """Return the stretch q − z of the arms' springs."""
         amplitude = self.amplitudes(position)
         return amplitude - position[:, -amplitude[0].size :].reshape(amplitude.shape)
 
 
 def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
-    """Return what moves a chain, of rigid or of deformable beads; see MovingChain for what else it takes."""
+    """Return the MovingChain of rigid or of deformable beads."""
     kind = MovingDeformableChain if isinstance(chain, DeformableChain) else MovingChain
     return kind(chain, *facts, **more)
 
@@ -266,11 +241,12 @@ _law_of_bodies = lru_cache(maxsize=256)(computed_law)
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables
 def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
-    """Return the law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least."""
+    """Return the law less a linear flexibility, m/N, at least as deep as `deepest`, m."""
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
-    enough = np.append(True, np.diff(local) > LEAST_LEFT * np.diff(approaches))
+    # Where the modes leave the contact little, small errors of both are large ones of what is left.
+    enough = np.append(True, np.diff(local) > 0.2 * np.diff(approaches))
     count = approaches.size if enough.all() else int(enough.argmin())
     if approaches[count - 1] < deepest:
         raise ValueError(

@@ -1,11 +1,8 @@
 """Elastic vibrations of a free bead pushed at its two poles along its axis, and the poles' compliance beyond them.
 
-The bead is symmetric about its mid-plane, so that half of it does, twice: once with poles that move oppositely (the
-mid-plane slides sideways only), once with poles that move together (the mid-plane moves along the axis only, and with
-it the whole bead). A unit force along the chain at one pole is half a unit against each other on both poles, and half
-a unit the same way on both. With u_s the motion of each pole under unit forces against each other, and u_t that under
-unit forces the same way, relative to the centre of mass, the other pole moves by b = (u_t − u_s)/2. Both are infinite
-under point forces, their difference is not; in modes, b = Σ struck far/ω².
+Half a bead does, once with poles that move oppositely, once with poles that move together. Under a unit force at one
+pole the other moves by b = (u_t − u_s)/2, relative to the centre of mass, where both poles move by u_s under unit
+forces against each other, and by u_t under those the same way.
 """
 
 from collections.abc import Callable
@@ -24,45 +21,39 @@ from structures.linear_algebra.factor import factorise
 from structures.material import Material
 from structures.structure import Vector
 
+# Cells over the radius, for up to TYPICAL modes: of a sphere, these come out 2e-5 too high, 7e-5 for a Poisson's ratio
+# of 0.45; with 12 cells, three times as much. Meshes for more modes are finer in proportion.
 CELLS, TYPICAL = 16, 10
-"""Cells over the radius, for up to TYPICAL modes: of a sphere, these come out 2e-5 too high, 7e-5 for a Poisson's ratio
-of 0.45; with 12 cells, three times as much. Meshes for more modes are finer in proportion."""
-
-BENDING_CELLS, FEWEST = 11, 2
-"""Cells over √(radius × wall), the reach of a thin wall's bending, and through a wall."""
+BENDING_CELLS, FEWEST = 11, 2  # cells over √(radius × wall), the reach of a thin wall's bending, and through a wall
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
     """Elastic free vibrations of a bead about its axis, lowest first, and the compliance of its poles beyond them.
 
-    The amplitude q of a mode, in √kg·m, obeys q″ + ω² q = struck F + far F′ under forces F and F′ along the chain on
-    the two poles. The poles move by the sums of struck q and far q, and by the rigid motion.
+    The amplitude q, √kg·m, obeys q″ + ω² q = struck F + far F′ under forces F and F′ along the chain on the two poles,
+    which move by the sums of struck q and far q, and by the rigid motion.
     """
 
-    frequencies: Vector
-    """ω, rad/s, without the rigid motion."""
-    struck: Vector
-    """Motion of the struck pole along the chain per unit amplitude, 1/√kg, never negative."""
-    far: Vector
-    """That of the other pole; −struck where the mode is symmetric about the mid-plane, +struck else."""
+    frequencies: Vector  # ω, rad/s, without the rigid motion
+    struck: Vector  # motion of the struck pole along the chain per unit amplitude, 1/√kg, never negative
+    far: Vector  # that of the other pole; −struck where the mode is symmetric about the mid-plane, +struck else
+    # Σ 2 struck²/ω² of the symmetric modes, m/N: what they let each pole move inwards under unit forces on both.
     compression: float
-    """Σ 2 struck²/ω² of the symmetric modes, m/N: what they let each pole move inwards under unit forces on both."""
+    # By what a unit force at one pole moves the other at rest relative to the centre of mass, beyond these modes, m/N.
+    # In shells it falls as one over their number; in solid beads, where waves along the surface meet again at the other
+    # pole, it goes on to change sign, at some 2 % of `compression`.
     cross: float
-    """By what a unit force at one pole moves the other at rest relative to the centre of mass, beyond these modes, m/N.
-    In shells it falls as one over their number; in solid beads, where waves along the surface meet again at the other
-    pole, it goes on to change sign, at some 2 % of `compression`."""
+    # Momentum along the chain of the struck half per unit rate of the amplitude, √kg, 0 for modes not symmetric. Under
+    # contacts that push with F and F′, the force through the mid-plane is (F + F′)/2 − Σ section q″.
     section: Vector
-    """Momentum along the chain of the struck half per unit rate of the amplitude, √kg, 0 for modes not symmetric. Under
-    contacts that push with F and F′, the force through the mid-plane is (F + F′)/2 − Σ section q″."""
 
 
 @lru_cache(maxsize=64)
 def vibration(bead: Any, modes: int, spacing: float | None = None) -> Vibration:
-    """Return the lowest elastic modes of a free bead about its axis, mass-normalised; none for 0.
+    """Return the lowest elastic modes of a free Sphere, HollowSphere or Ellipsoid along the chain, mass-normalised.
 
-    bead: Sphere, HollowSphere or Ellipsoid(axis="along"). Quadratic elements of a size `spacing`, m, consistent mass,
-    scaled to the bead's. The default size leaves the frequencies 1e-4 or less too high, and b 1e-4 off.
+    The default size of elements, m, leaves the frequencies 1e-4 or less too high, and b 1e-4 off.
     """
     body: Any = body_of(bead, 1.0, "bead")
     longest = max(body.radius, body.half) / (spacing or mode_spacing(body, modes)) * (1.0 - 1e-9)
@@ -104,8 +95,7 @@ def vibration(bead: Any, modes: int, spacing: float | None = None) -> Vibration:
 
 
 def mode_spacing(body: Spheroid, modes: int) -> float:
-    """Return the size of the elements, m, for wavelengths that fall as the root of the modes' number, or in a wall as
-    that."""
+    """Return the size of elements, m: waves shorten with the root of the number of modes, in walls with the number."""
     many, across = max(modes / TYPICAL, 1.0), sqrt(body.radius * body.half)
     if body.hollow == 0.0:
         return across / CELLS / sqrt(many)
@@ -117,21 +107,16 @@ class Half(NamedTuple):
 
     mass: sparse.csr_array
     stiffness: sparse.csr_array
-    along: Vector
-    """1 for motions along the chain, else 0."""
-    weight: Vector
-    """Momentum along the chain by unit rates, kg."""
-    pole: int
-    """Which of the n is the pole's motion along the chain."""
-    spread: sparse.csr_array
-    """What gives all degrees of freedom of the half from these."""
+    along: Vector  # 1 for motions along the chain, else 0
+    weight: Vector  # momentum along the chain by unit rates, kg
+    pole: int  # which of the n is the pole's motion along the chain
+    spread: sparse.csr_array  # what gives all degrees of freedom of the half from these
 
 
 class Section:
-    """The half-plane (r, z) of the struck half of a bead: z runs along the chain, and is 0 at the mid-plane.
+    """The half-plane (r, z) of the struck half of a bead of a mass, kg: z runs along the chain from the mid-plane.
 
-    mesh: of quadratic cells. angle, depth: of its nodes, from 0 at the pole; depth 1 is the centre. mass, kg: of the
-    whole bead.
+    angle, depth: of the nodes, from 0 at the pole; depth 1 is the centre.
     """
 
     def __init__(self, mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> None:
@@ -142,10 +127,10 @@ class Section:
         self.mass = unscaled * (0.5 * mass / unscaled[self.along][:, self.along].sum())
 
     def half(self, opposite: bool) -> Half:
-        """Return the half whose poles move oppositely, with a mid-plane that slides sideways, or together, with one
-        that does not. All nodes at the centre of a solid bead share one place, and so one motion."""
+        """Return the half whose poles move oppositely, with a mid-plane that slides sideways, or together."""
         axis, middle = self.angle == 0.0, self.angle == self.angle.max()
         held = [self.across[axis | self.centre], self.along[middle | self.centre] if opposite else self.across[middle]]
+        # All nodes at the centre of a solid bead share one place, and so one motion.
         joined = np.arange(self.mass.shape[0])
         joined[self.along[self.centre]] = self.along[self.centre].min(initial=joined.size)
         free = np.setdiff1d(joined, np.concatenate(held))
@@ -160,8 +145,7 @@ class Section:
 
 
 def lowest_modes(half: Half, count: int, body: Spheroid) -> tuple[Vector, Vector]:
-    """Return ω² of the lowest modes of the whole bead in this half, ascending, and their shapes, n × count,
-    mass-normalised; their poles move inwards."""
+    """Return ω² of the lowest modes of the bead, and their shapes in this half; poles move inwards."""
     if count == 0:
         return np.zeros(0), np.zeros((half.along.size, 0))
     shift = (shear_speed(body.material) / body.half) ** 2  # so that the rigid motion does not stop the factorisation
@@ -176,7 +160,7 @@ def lowest_modes(half: Half, count: int, body: Spheroid) -> tuple[Vector, Vector
 
 
 def hung(half: Half) -> Callable[[Vector], Vector]:
-    """Return the motion about the centre of mass under a load, in the frame of a bead that it accelerates evenly."""
+    """Return the motion about the centre of mass under a load that accelerates the bead evenly."""
     held = np.delete(np.arange(half.along.size), half.pole)
     solve, weight = factorise(half.stiffness[held][:, held]), half.weight
     mass = float(half.along @ weight)

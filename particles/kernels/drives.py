@@ -6,9 +6,9 @@ from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
+# What body 0 is, and what history the chain is driven by. FREE: a striker, none; MOVED: it moves by a history; else it
+# moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with none.
 FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
-"""What body 0 is, and what history the chain is driven by. FREE: a striker, none; MOVED: it moves by a history; else it
-moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with none."""
 
 
 @by_type
@@ -48,16 +48,11 @@ class Free(NamedTuple):
 class Driven(NamedTuple):
     """All other drives, and dead loads; arrays have an entry for each chain."""
 
-    kind: Vector
-    """FREE, PUSHED, MOVED or STEADY."""
-    begin: Vector
-    """Where the chain's part of the history begins; one entry more."""
-    history: Vector
-    """3 × n: times (s), values (N or m) and rates. Cubic between times, constant outside."""
-    preload: Vector
-    """A dead load on bead 1, N."""
-    spring: Vector
-    """N/m, a spring that pushes body 0 until it is at `spring_end` (m)."""
+    kind: Vector  # FREE, PUSHED, MOVED or STEADY
+    begin: Vector  # where the chain's part of the history begins; one entry more
+    history: Vector  # 3 × n: times (s), values (N or m) and rates. Cubic between times, constant outside.
+    preload: Vector  # a dead load on bead 1, N
+    spring: Vector  # N/m, a spring that pushes body 0 until it is at `spring_end` (m)
     spring_end: Vector
 
     @staticmethod

@@ -9,20 +9,12 @@ from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
+# m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers.
 NEGLIGIBLE = 1e-60
-"""m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers."""
-
-NEVER = 1e300
-"""m, the overlap at which a contact yields that does not."""
-
+NEVER = 1e300  # m, the overlap at which a contact yields that does not
+# Cubics in an octave of the overlap, where tables begin, 2^-60 m, and how far they go, to 2^-3 m.
 BUCKETS, LOWEST, OCTAVES = 32, -60, 57
-"""Cubics in an octave of the overlap, and where tables begin and end: 2^-60 m to 2^-3 m."""
-
-BUCKET_BITS = 5
-MANTISSA_BITS, EXPONENT_BIAS = 52, 1023
-
-MOST_ITERATIONS = 50
-"""Of Newton's method for a contact on a spring, which takes three to five."""
+MOST_ITERATIONS = 50  # of Newton's method for a contact on a spring, which takes three to five
 
 
 @by_type
@@ -116,8 +108,7 @@ def hertz_energy(stiffness: float, overlap: float) -> float:
 class Hertz(NamedTuple):
     """F = k δ^1.5."""
 
-    stiffness: Vector
-    """k of each contact, N/m^1.5; zero where nothing is."""
+    stiffness: Vector  # k of each contact, N/m^1.5; zero where nothing is
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
@@ -138,9 +129,9 @@ class Hertz(NamedTuple):
 
 @inner(forceinline=True)
 def bucket(overlap: float) -> int:
-    """Return which cubic holds an overlap: exponent and leading bits of a float count the buckets."""
-    bits: Any = np.float64(overlap).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
-    return min(max(bits - ((EXPONENT_BIAS + LOWEST) << BUCKET_BITS), 0), BUCKETS * OCTAVES - 1)
+    """Return which cubic holds an overlap: exponent and leading five bits of a float count the buckets."""
+    bits: Any = np.float64(overlap).view(np.int64) >> (52 - 5)
+    return min(max(bits - ((1023 + LOWEST) << 5), 0), BUCKETS * OCTAVES - 1)
 
 
 @inner(forceinline=True)
@@ -182,12 +173,9 @@ def table_energies(rows: Vector, overlap: Vector) -> Vector:
 class Tabulated(NamedTuple):
     """F = k f(δ), f a table of cubics."""
 
-    stiffness: Vector
-    """k of each contact."""
-    first: Vector
-    """The first row of each contact's table."""
-    rows: Vector
-    """Rows of δ₀, f, f′, c₂, c₃ and ∫f dδ; see particles.laws.formulas.kernel_table."""
+    stiffness: Vector  # k of each contact
+    first: Vector  # the first row of each contact's table
+    rows: Vector  # rows of δ₀, f, f′, c₂, c₃ and ∫f dδ; see particles.laws.formulas.kernel_table
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
@@ -213,8 +201,7 @@ class Mixed(NamedTuple):
 
     own: Any
     others: Any
-    is_own: Vector
-    """Whether a contact is of the first piece."""
+    is_own: Vector  # whether a contact is of the first piece
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
@@ -252,29 +239,17 @@ class Mixed(NamedTuple):
 
 
 class Yielding(NamedTuple):
-    """Contacts that yield; see particles.laws.yielding.
+    """Contacts that yield; see particles.laws.yielding. What they remember lies at the end of the coordinates."""
 
-    A contact follows Hertz's law up to the overlap at which it yields, then a loading curve. Unloaded, it follows
-    Hertz's law again, with another stiffness and from the dent on that is left. Both depend on the largest overlap so
-    far. What contacts remember lies at the end of the coordinates: overlaps (m) beyond which they yield further, then
-    these stiffnesses (N/m^1.5), then dents (m).
-    """
-
-    stiffness: Vector
-    """Of the first, elastic loading, N/m^1.5."""
-    begin: Vector
-    """The overlap at which each contact yields, m; NEVER where it does not."""
-    yield_force: Vector
-    """The force there, N."""
-    loading: Vector
-    """First row in `rows` of the force above that one, over the overlap beyond that one."""
-    indentation: Vector
-    """First row of the dent, m, over the largest overlap beyond that one."""
+    stiffness: Vector  # of the first, elastic loading, N/m^1.5
+    begin: Vector  # the overlap at which each contact yields, m; NEVER where it does not
+    yield_force: Vector  # the force there, N
+    loading: Vector  # first row in `rows` of the force above that one, over the overlap beyond that one
+    indentation: Vector  # first row of the dent, m, over the largest overlap beyond that one
     rows: Vector
-    limit: Vector
-    """The memory: see above."""
-    hard: Vector
-    dent: Vector
+    limit: Vector  # the overlaps beyond which they yield further, m
+    hard: Vector  # the stiffnesses of unloading, N/m^1.5
+    dent: Vector  # the dents that are left, m
 
     @staticmethod
     def with_memory(law: Any, y: Vector) -> Any:

@@ -11,11 +11,8 @@ from structures.structure import Vector
 
 @by_type
 def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-    """Return the force of closed contact i with its loss, N.
-
-    elastic, slope, overlap: its force, the slope of this force, and the part of its overlap that it gives back. rate:
-    of approach, m/s.
-    """
+    """Return the force of closed contact i with its loss, N, from its elastic force, the slope of that, the part of the
+    overlap that it gives back, and the rate of approach, m/s."""
     return elastic
 
 
@@ -47,8 +44,7 @@ def overlap_at(law: Any, i: int, approach: float, flexibility: float) -> float:
 def force_and_loss(law: Any, loss: Any, i: int, overlap: float, rate: float, flexibility: float) -> tuple[float, float]:
     """Return the force of a contact, N, and the power that its loss takes, W.
 
-    rate: of approach, m/s. The loss acts on the contact's own part of it, and a massless spring of this flexibility
-    (m/N) yields to the loss: to first order.
+    The loss acts on the contact's own part of the rate, m/s; a massless spring (m/N) yields to it, to first order.
     """
     elastic, released = force(law, i, overlap), elastic_overlap(law, i, overlap)
     # A striker that just touches pushes its dashpot at once. A dent that is not touched any more has no loss.
@@ -65,71 +61,56 @@ def force_and_loss(law: Any, loss: Any, i: int, overlap: float, rate: float, fle
     return total, (total - elastic) * rate
 
 
-@by_type
+@inner(forceinline=True)
 def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
     """Return the force of contact i at an approach that it really has, N, and the power that its loss takes, W."""
     overlap = overlap_at(law, i, approach, flexibility)
+    if not loses(loss):
+        return force_of_step(law, i, overlap), 0.0
     total, power = force_and_loss(law, loss, i, overlap, rate, flexibility)
     force_of_step(law, i, overlap)
     return total, power
 
 
-@by_type
+@inner(forceinline=True)
 def move_body(
     loss: Any, chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float,
     kick: float, drift: float,
 ) -> None:  # fmt: skip
     """Move a body on by the sum of its contact forces: the velocity by the time `kick`, the position by `drift`."""
     acceleration = chains.inverse_mass[i] * force + chains.gravity[i]
-    if chains.inverse_mass[i] > 0.0:
+    if loses(loss) and chains.inverse_mass[i] > 0.0:
         slowing = drag(loss, i) * ahead[i]
         acceleration -= slowing
         lost[i] += kick * slowing * ahead[i] / chains.inverse_mass[i]
-    speed = v[i] + kick * acceleration
-    ahead[i] = speed + 0.5 * dt * acceleration
-    v[i] = speed
-    y[i] += drift * speed
+    v[i] += kick * acceleration
+    if loses(loss):
+        ahead[i] = v[i] + 0.5 * dt * acceleration
+    y[i] += drift * v[i]
 
 
 class NoLoss(NamedTuple):
-    """Elastic chains. They compile faster without the functions of losses."""
+    """Elastic chains."""
 
     @staticmethod
     def loses(loss: Any) -> bool:
         return False
 
-    @staticmethod
-    def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
-        return force_of_step(law, i, overlap_at(law, i, approach, flexibility)), 0.0
 
-    @staticmethod
-    def move_body(
-        loss: Any, chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float,
-        kick: float, drift: float,
-    ) -> None:  # fmt: skip
-        speed = v[i] + kick * (chains.inverse_mass[i] * force + chains.gravity[i])
-        v[i] = speed
-        y[i] += drift * speed
-
-
+# With what the loss of a contact grows: with nothing, with F′, or with √[(F′ + F/δ)/2].
 DASHPOT, TANGENT, SECANT = range(3)
-"""With what the loss of a contact grows: with nothing, with F′, or with √[(F′ + F/δ)/2]."""
 
 
 class Losses(NamedTuple):
     """A force c g δ̇^α of each contact, and forces on each body. One piece has all forms: each combination of pieces
     compiles for seconds. Numbers are zero where nothing is, or where the motion of a body is prescribed."""
 
-    coefficient: Vector
-    """c of each contact."""
-    exponent: Vector
-    """α of each contact and body."""
-    form: Vector
-    """g: DASHPOT, TANGENT or SECANT."""
-    drag_rate: Vector
-    """Of the drag on each body, 1/s."""
+    coefficient: Vector  # c of each contact
+    exponent: Vector  # α of each contact and body
+    form: Vector  # g: DASHPOT, TANGENT or SECANT
+    drag_rate: Vector  # of the drag on each body, 1/s
+    # Of a force by the difference of the approach rates at a body's contacts, equation 4.1 of Khatri's thesis.
     on_body: Vector
-    """Of a force by the difference of the approach rates at a body's contacts, equation 4.1 of Khatri's thesis."""
 
     @staticmethod
     def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:

@@ -14,28 +14,22 @@ from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
-WORK_ROWS = 8
-"""Rows of work space, each as long as the coordinates."""
-
-
+WORK_ROWS = 8  # rows of work space, each as long as the coordinates
+# Of a chain: body 0, the last bead, and the surface that has the place of body 0 (−1 where none has); where body 0 is
+# at rest, m; whether bodies ahead of a wave are at rest at zero, as the chain bears no static load; whether something
+# touches the first bead from behind, and whether the last one faces something.
 ENDS = np.dtype(
     [(name, np.int64) for name in ("striker", "last", "behind")]
     + [("rest", float)]
     + [(name, np.bool_) for name in ("quiet", "touched", "faces")]
 )
-"""Of a chain: body 0, the last bead, and the surface that has the place of body 0 (−1 where none has); where body 0 is
-at rest, m; whether bodies ahead of a wave are at rest at zero, as the chain bears no static load; whether something
-touches the first bead from behind, and whether the last one faces something."""
-
+# Of a chain in a window: its steps, and the first body that the motion of the surface can reach; body 0 for all.
 PACE = np.dtype([("steps", np.int64), ("reached", np.int64)])
-"""Of a chain in a window: its steps, and the first body that the motion of the surface can reach; body 0 for all."""
-
+# Of a chain in a window: energy that losses took, and work of the drive, J.
 MOVED = np.dtype([("lost", float), ("driven", float)])
-"""Of a chain in a window: energy that losses took, and work of the drive, J."""
-
+# Of a contact in a window: the surface at its end where no force acts, and at its start, m; the mean force on the
+# structure, and that which the chain answers, N; the surface at the end, m; the work of the answer, J.
 TRIED = np.dtype([(name, float) for name in ("at_rest", "start", "force", "answer", "surface", "work")])
-"""Of a contact in a window: the surface at its end where no force acts, and at its start, m; the mean force on the
-structure, and that which the chain answers, N; the surface at the end, m; the work of the answer, J."""
 
 
 class Chains(NamedTuple):
@@ -44,26 +38,18 @@ class Chains(NamedTuple):
     The B bodies of all chains lie one after the other, and contact i is the one ahead of body i.
     """
 
-    stepper: Any
-    """Verlet or DampedVerlet."""
+    stepper: Any  # verlet or DampedVerlet
     law: Any
     loss: Any
     drive: Any
     vibrations: Any
-    inverse_mass: Vector
-    """B, 1/kg; zero for a body with a prescribed motion."""
-    gravity: Vector
-    """B, along the chain, m/s²; zero for such a body."""
-    wall: Vector
-    """B: the surface that a body faces; −1 where it faces the next body."""
-    spring: Vector
-    """B: flexibility of a massless spring at each contact, m/N, zero between beads."""
-    ends: Any
-    """C records ENDS."""
-    modes: int
-    """Of each body; zero where all are rigid."""
-    parts: int
-    """Parts of the coordinates that move: 1 bodies, 2 and modes, 3 and Maxwell arms."""
+    inverse_mass: Vector  # B, 1/kg; zero for a body with a prescribed motion
+    gravity: Vector  # B, along the chain, m/s²; zero for such a body
+    wall: Vector  # B: the surface that a body faces; −1 where it faces the next body
+    spring: Vector  # B: flexibility of a massless spring at each contact, m/N, zero between beads
+    ends: Any  # C records ENDS
+    modes: int  # of each body; zero where all are rigid
+    parts: int  # parts of the coordinates that move: 1 bodies, 2 and modes, 3 and Maxwell arms
 
 
 @by_type
@@ -351,5 +337,5 @@ def advance(
             y[striker], contact[behind].answer = chains.ends[c].rest - contact[behind].surface, rear
 
 
+# The same for Python.
 advance_chains, forces_of_chains, energies_of_chain = map(entry, (advance, contact_forces, energies))
-"""The same for Python."""

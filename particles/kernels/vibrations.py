@@ -10,21 +10,14 @@ from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
-SETTLED = 1e-13
-"""Of the greatest contact force, how far forces that beads pass on to each other may still change."""
-
-MOST_SWEEPS = 200
-
 
 @partial(by_type, small=False)
 def forces_between(
     vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, forces: Vector,
     work: Vector,
 ) -> float:  # fmt: skip
-    """Put the forces of all contacts of chain c into `forces`, N; return the power that their losses take, W.
-
-    Vibrating bodies begin to settle with what is in `forces`. work: two rows.
-    """
+    """Put the forces of all contacts of chain c into `forces`, N, from those of the last call on; return the power that
+    their losses take, W. work: two rows."""
     raise NotImplementedError
 
 
@@ -52,11 +45,9 @@ class Rigid(NamedTuple):
     ) -> float:  # fmt: skip
         last, power = chains.ends[c].last, 0.0
         for i in range(chains.ends[c].striker, last + 1):
-            ahead, speed, spring = (
-                (y[i + 1], v[i + 1], chains.spring[i]) if i < last else (wall, rate, chains.spring[i])
-            )
-            overlap = overlap_at(law, i, y[i] - ahead, spring)
-            forces[i], taken = force_and_loss(law, chains.loss, i, overlap, v[i] - speed, spring)
+            ahead, speed = (y[i + 1], v[i + 1]) if i < last else (wall, rate)
+            overlap = overlap_at(law, i, y[i] - ahead, chains.spring[i])
+            forces[i], taken = force_and_loss(law, chains.loss, i, overlap, v[i] - speed, chains.spring[i])
             power += taken
         return power
 
@@ -80,25 +71,17 @@ class Rigid(NamedTuple):
 class Vibrating(NamedTuple):
     """Bodies that vibrate, see particles.deformable.vibration: a row for each of the B bodies, a column for each mode.
 
-    What moves a pole at once, beyond a body's modes, is in its contacts' laws. But a force also moves the other pole,
-    whose contact it presses. Contacts have no mass, so all of that settles at once: by Gauss–Seidel sweeps, which
-    converge by the ratio of `cross` to the contacts' own flexibility.
+    Beyond the modes a force also moves the other pole at once, whose contact it presses: contacts `settle` together.
     """
 
-    stiffness: Vector
-    """Squares of the angular frequencies, 1/s²."""
-    struck: Vector
-    """Motion of the pole on the struck side, 1/√kg."""
-    far: Vector
-    """Motion of the other one."""
-    cross: Vector
-    """B numbers, m/N: what a force at one pole moves the other at once."""
+    stiffness: Vector  # squares of the angular frequencies, 1/s²
+    struck: Vector  # motion of the pole on the struck side, 1/√kg
+    far: Vector  # motion of the other one
+    cross: Vector  # B numbers, m/N: what a force at one pole moves the other at once
+    # c of the loss c q′, 1/s. No columns where no mode of the chain has a loss; so for the next two without arms.
     rate: Vector
-    """c of the loss c q′, 1/s. No columns where no mode of the chain has a loss; so for the next two without arms."""
-    arm: Vector
-    """g ω² of an arm's force g ω² (q − z), 1/s²."""
-    relaxation: Vector
-    """1/τ in z′ = (q − z)/τ, 1/s."""
+    arm: Vector  # g ω² of an arm's force g ω² (q − z), 1/s²
+    relaxation: Vector  # 1/τ in z′ = (q − z)/τ, 1/s
 
     @staticmethod
     def forces_between(
@@ -182,13 +165,12 @@ def between_poles(vibrations: Any, y: Vector, i: int, last: int, wall: float) ->
 def settle(
     vibrations: Any, chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector, work: Vector
 ) -> None:
-    """Find the elastic forces of all contacts of a chain, N, from those in `forces` on; their overlaps go into the
-    second row."""
+    """Find the elastic forces of all contacts, N, and in the second row their overlaps, by Gauss–Seidel sweeps."""
     striker, last = chains.ends[c].striker, chains.ends[c].last
     approach, overlaps, cross = work[0], work[1], vibrations.cross
     for i in range(striker, last + 1):
         approach[i] = between_poles(vibrations, y, i, last, wall)
-    for _ in range(MOST_SWEEPS):
+    for _ in range(200):
         change, largest = 0.0, 0.0
         for i in range(striker, last + 1):
             shared = approach[i]
@@ -201,5 +183,5 @@ def settle(
             push = force(law, i, shared)
             change, largest = max(change, abs(push - forces[i])), max(largest, push)
             overlaps[i], forces[i] = shared, push
-        if not change > SETTLED * largest:
+        if not change > 1e-13 * largest:
             break

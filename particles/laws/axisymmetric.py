@@ -1,7 +1,6 @@
-"""Contact laws by finite elements: bodies of revolution that touch at their poles, hollow ones too.
+"""Contact laws by finite elements of bodies of revolution that touch at their poles, without friction.
 
-Each body is half a bead, down to its mid-plane, condensed to its surface (`surface_compliance`); both are pressed
-together without friction. Linear elasticity, so strains must stay small.
+Each body is half a bead, down to its mid-plane, condensed to its surface (`surface_compliance`). Strains are small.
 """
 
 from dataclasses import replace
@@ -22,44 +21,27 @@ from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
 
+# Elements over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm; and
+# over that of the narrowest contact that is computed.
 ELEMENTS, FEWEST = 30, 3
-"""Elements over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm; and
-over that of the narrowest contact that is computed."""
-
-MOST, COARSE = 200, 5.0
-"""Elements over what may touch of a shell, if no size is asked for; the factor on their size to see how far that is."""
-
-LARGE_ERROR = 0.01
-"""Relative error of the force, above which a law carries a caution."""
-
-TRIES = 12
-"""Trials of a wider mesh, and of a rough law that reaches a force."""
-
-PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
-"""Forces below the first computed one, over it."""
-
-Points = tuple[Vector, Vector]
-"""Approaches, m, and forces, N."""
+TRIES = 12  # trials of a wider mesh, and of a rough law that reaches a force
+Points = tuple[Vector, Vector]  # approaches, m, and forces, N
 
 
 @described
 class ComputedLaw(TabulatedLaw):
-    """A law by finite elements, computed from the approach `smallest` to `largest`, m; beyond it a run warns.
+    """A law by finite elements, computed from the approach `smallest` to `largest`, m.
 
-    Below `smallest` it continues as that of its theory in series with a spring, through the first computed point.
+    Below it continues as that of its theory in series with a spring, through the first computed point.
     """
 
     smallest: Place = 0.0
-    error: Annotated[float, Quantity(or_zero=True)] = 0.0
-    """Largest relative error of the force, estimated from coarser meshes."""
-    order: Component = nan
-    """Observed order of convergence; nan where the meshes are too coarse to show it."""
-    formula: ContactForce = 0.0
-    """Force at the last point by `contact_law`, N, by which a chain notices other bodies; 0 where not known."""
+    error: Annotated[float, Quantity(or_zero=True)] = 0.0  # largest relative error of the force, from coarser meshes
+    order: Component = nan  # observed order of convergence; nan where the meshes are too coarse to show it
+    formula: ContactForce = 0.0  # N at the last point by `contact_law`, by which a chain notices other bodies
 
 
 def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:
-    """Return the force of two bodies by `contact_law` at an approach, m, in N."""
     with collected():  # the doubts of the formula do not matter where a number only tells bodies apart
         return float(contact_law(*bodies).force(np.array(approach)))
 
@@ -72,18 +54,12 @@ def computed_law(
     max_approach: Length | None = None,
     spacing: Length | None = None,
 ) -> ComputedLaw:
-    """Return the law of two bodies of revolution that touch at their poles, by axisymmetric finite elements.
-
-    Quadratic elements on the true arc, no friction, small strains, mid-planes that slide sideways (thesis, 3.2, 5.3).
-    Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force converges by
-    the square of the spacing. Wide contacts, and meshes too coarse for 1 %, get a caution.
+    """Return the law of two bodies of revolution by axisymmetric finite elements (Khatri's thesis, 3.2 and 5.3).
 
     Parameters
     ----------
-    first : Bead
-        One body: a Sphere, a HollowSphere or an Ellipsoid along the chain.
-    second : Bead or Surface, optional
-        The other one, or a surface; by default like the first.
+    first, second : Bead or Surface
+        A Sphere, HollowSphere or Ellipsoid along the chain; the other one, by default like the first, or a surface.
     max_force, max_approach : float, optional
         Force, N, or approach, m, up to which the law is computed. Give one of them.
     spacing : float, optional
@@ -92,7 +68,7 @@ def computed_law(
     Returns
     -------
     ComputedLaw
-        It holds its error, and the observed order of convergence.
+        With its error, and a caution where contacts are wide or meshes too coarse for 1 %.
 
     Examples
     --------
@@ -135,14 +111,14 @@ class _Contact:
         self.shells = [bead for bead in self.bodies if isinstance(bead, HollowSphere)]
 
     def widest(self, approach: float) -> float:
-        """Return the contact's radius at an approach, m, by Hertz's law, less the approach that goes into shells."""
+        """Return the contact's radius at an approach, m, by Hertz's law of what shells leave of it."""
         overlap = float(self.hertz.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
     def good_size(self, approach: float) -> float:
         """Return the size of the elements, m; thin shells, which touch far beyond Hertz, have larger ones."""
         size = self.widest(approach) / ELEMENTS
-        return max(size, self._mesh(approach, size, COARSE)[2] / MOST) if self.shells else size
+        return max(size, self._mesh(approach, size, 5.0)[2] / 200.0) if self.shells else size
 
     def up_to(self, approach: float, spacing: float | None) -> ComputedLaw:
         """Return the law up to an approach, m, by elements of a size, m."""
@@ -159,13 +135,13 @@ class _Contact:
             doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")
         if any(approach > 0.1 * (shell.radius - shell.inner_radius) for shell in self.shells):
             doubts.append(f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles")
-        if error > LARGE_ERROR:
+        if error > 0.01:
             doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
         words = "; ".join(doubts)
         if words:
             caution(f"contact law: {words}")
         # Below the first point, Hertz's law in series with the spring that leads to it.
-        first = forces[0] * PARTS_BELOW
+        first = forces[0] * np.geomspace(1e-9, 1.0, 72, endpoint=False)
         softness = (approaches[0] - float(self.hertz.approach(np.array(forces[0])))) / forces[0]
         below = self.hertz.approach(first) + softness * first
         expected = force_by_formula(self.bodies, float(approaches[-1]))
@@ -177,8 +153,7 @@ class _Contact:
     def _error(self, fine: Points, approach: float, size: float) -> tuple[float, float]:
         """Return the largest relative error of the force, and the observed order, from meshes of cells twice as large.
 
-        The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
-        observed orders above two are not trusted to last: the error is then that of this order.
+        Without an order the whole difference is the error; orders above two are not trusted to last.
         """
         coarse, coarsest = (self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0))
         approaches, forces = fine
@@ -190,10 +165,9 @@ class _Contact:
         return float(near.max()) / (gain - 1.0), order
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
-        """Return the approaches, m, at which the contact's edge meets a corner of the mesh, past `approach` by one;
-        forces, N.
+        """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and the forces, N.
 
-        size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
+        There the force converges by the square of the size. fewest: cells in the narrowest contact.
         """
         compliance, gap, _ = self._mesh(approach, size, coarser)
         points = np.array([pressed_to(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
@@ -202,8 +176,7 @@ class _Contact:
         return kept[:, 0], kept[:, 1]
 
     def _mesh(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
-        """Return the compliance of both bodies together, m × m, m/N, the gap between them, m, and the mesh's reach, m:
-        as far as they touch at an approach."""
+        """Return the compliance of both bodies, m/N, the gap between them, m, and how far they may touch, m."""
         reach = 1.15 * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
             known, compliance, gap = dict[Bead | Surface, Points](), np.zeros(1), np.zeros(1)
@@ -211,7 +184,7 @@ class _Contact:
                 body = body_of(bead, reach, name)
                 if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
                     raise ValueError(
-                        f"{name}: radius = {body.radius:.3g} m is too small for a contact of {reach:.3g} m"
+                        f"{name}: a radius of {body.radius:.3g} m is too small for a contact of {reach:.3g} m"
                     )
                 if bead not in known:
                     known[bead] = surface_compliance(body, reach, size, coarser)
@@ -225,11 +198,9 @@ class _Contact:
 
 
 def pressed_to(compliance: Vector, gap: Vector, last: int) -> tuple[float, float]:
-    """Return approach, m, and force, N, at which the edge of a round contact is the node `last`, whose own force is
-    then just zero.
+    """Return approach, m, and force, N, at which the contact's edge is the node `last`, whose own force is zero.
 
-    All nodes inside push, but the centre of a shell that is pressed by half its wall, where small strains end: there it
-    pulls by up to 1e-3 of the largest force.
+    All nodes inside push, but the centre of a shell pressed by half its wall, where small strains end.
     """
     inside = slice(0, last + 1)
     right = np.stack([gap[inside], np.ones(last + 1)], axis=1)

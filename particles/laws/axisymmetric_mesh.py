@@ -17,35 +17,25 @@ from structures.structure import Vector
 from structures.surface import Surface
 
 Whole = NDArray[np.int64]
-
-GROWTH = 0.2
-"""Cells grow by this part of their distance from the contact."""
-
-LARGE = 1e4
-"""Extent of what stands for a half-space, over the reach of the contact; its far sides are held."""
-
+GROWTH = 0.2  # cells grow by this part of their distance from the contact
+# Cells in a row that may touch, each two nodes to press one by one: a minute. Cells of one body: some 330 000 degrees
+# of freedom.
 MOST_TOUCHING, MOST_CELLS = 400, 40_000
-"""Cells in a row that may touch, each two nodes to press one by one: a minute. Cells of one body: some 330 000 degrees
-of freedom."""
-
+# The angle from the pole up to which nodes lie at equal steps of r; beyond, at equal steps of the angle.
 STEEPEST = 0.25 * pi
-"""The angle from the pole up to which nodes lie at equal steps of r; beyond, at equal steps of the angle."""
-
-INTEGRATION_ORDER = 5
-"""Exact for the mass matrix of rectangular quadratic elements with the weight r."""
-
+INTEGRATION_ORDER = 5  # exact for the mass matrix of rectangular quadratic elements with the weight r
+# Radius of a contact over that of a body, beyond which half a bead pressed along its axis is no model.
 WIDEST_CONTACT = 0.5
-"""Radius of a contact over that of a body, beyond which half a bead pressed along its axis is no model."""
 
 
 @dataclass(frozen=True)
 class Spheroid:
-    """Upper half of a bead: radius and half its height, m; hollow: inner over outer radius, 0 where solid."""
+    """The upper half of a bead."""
 
     material: Material
-    radius: float
-    half: float
-    hollow: float = 0.0
+    radius: float  # m
+    half: float  # of its height, m
+    hollow: float = 0.0  # inner over outer radius
 
     @property
     def extents(self) -> tuple[float, float]:
@@ -91,10 +81,7 @@ Body = Spheroid | Block
 
 
 def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
-    """Return the body of revolution that a bead or a surface is, for contacts up to a radius `widest`, m.
-
-    Raises ValueError, with the argument's name, for bodies that are none about the chain's axis.
-    """
+    """Return the body of revolution that a bead or a surface is, for contacts up to a radius `widest`, m."""
     if isinstance(bead, Sphere):
         return Spheroid(bead.material, bead.radius, bead.radius)
     if isinstance(bead, HollowSphere):
@@ -102,7 +89,7 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
     if isinstance(bead, Ellipsoid) and bead.axis == "along":
         return Spheroid(bead.material, bead.radius, 0.5 * bead.length)
     if isinstance(bead, Surface) and bead.second_curvature == bead.curvature:
-        return Block(bead.material, LARGE * widest, bead.curvature)
+        return Block(bead.material, 1e4 * widest, bead.curvature)
     raise ValueError(
         f"{name} = {bead!r}: must be a body of revolution about the chain's axis: Sphere, HollowSphere, "
         "Ellipsoid(..., axis='along') or a Surface of one curvature"
@@ -110,8 +97,7 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
 
 
 def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector]) -> tuple[Any, Vector, Vector]:
-    """Return a mesh of quadratic cells between places along the surface and depths below it; and of each node where it
-    is along, and how deep. place: (r, z), m, of points there."""
+    """Return quadratic cells between places along the surface and depths below it, and of each node both."""
     if across.size * down.size > MOST_CELLS:
         raise ValueError(f"spacing: needs {across.size * down.size} cells; must be larger, at most {MOST_CELLS} fit")
     flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(across, down))
@@ -120,8 +106,7 @@ def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector
 
 
 def graded(length: float, first: float, coarser: float = 1.0, largest: float = inf) -> Vector:
-    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance), up to a largest
-    one."""
+    """Return nodes from 0 to a length, m, of cells coarser · (first + GROWTH · distance), up to a largest size."""
     far = min((largest - first) / GROWTH, length)
     near = log1p(GROWTH * far / first) / GROWTH
     count = near + (length - far) / largest
@@ -133,19 +118,17 @@ def graded(length: float, first: float, coarser: float = 1.0, largest: float = i
 
 
 def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
-    """Return the shape functions of motions on quadratic cells, and the numbers of those across and along the axis."""
+    """Return the basis of motions on quadratic cells, and the numbers of those across and along the axis."""
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
     across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
     return basis, across, along
 
 
 def surface_compliance(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> tuple[Vector, Vector]:
-    """Return where the m nodes that may touch are, m from the axis, and what a unit force on the ring of each moves all
-    along the axis, m × m, m/N.
+    """Return where the nodes that may touch are, m from the axis, and what a unit force on each ring moves all, m/N.
 
-    Nodes lie at equal steps of r up to `reach`, m, and are those of every body, so that those of two bodies face each
-    other; beyond and downwards cells grow by GROWTH. spacing: size of the cells that may touch, m; coarser: a factor on
-    all sizes. The mid-plane slides sideways; the far sides of a half-space are held.
+    Nodes lie at equal steps of r up to `reach`, m, so that those of two bodies face each other; beyond, cells grow.
+    The mid-plane slides sideways; the far sides of a half-space are held.
     """
     width, height = body.extents
     if reach > MOST_TOUCHING * spacing * coarser:

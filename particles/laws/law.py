@@ -1,15 +1,15 @@
-"""The protocol of contact laws, and the two that hold any curve: a power law, and a table.
+"""The base of contact laws, and the two that hold any curve: a power law, and a table.
 
 Every law reaches the compiled loops as a stiffness times a shape: Hertz's δ√δ, or a table of cubics (`kernel_table`).
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Sequence
-from copy import copy, deepcopy
+from copy import deepcopy
 from dataclasses import is_dataclass
 from functools import cached_property, lru_cache
 from math import inf, log
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,51 +19,30 @@ from structures.described import described
 from structures.quantities import Asks, Coordinate, Force, Length, Quantity
 from structures.structure import Vector
 
-if TYPE_CHECKING:
-    from scipy.interpolate import PchipInterpolator
-
-SMALLEST_APPROACH, LARGEST_APPROACH = 1e-30, 1.0
-"""m, between which the approach at a force or an energy is searched."""
-
+SMALLEST_APPROACH, LARGEST_APPROACH = 1e-30, 1.0  # m, between which the approach at a force or an energy is searched
 Caution = Annotated[str, Asks("a text that each run repeats as a warning")]
 
 
 class ContactLaw(ABC):
-    """The force between two bodies against their approach. Derive a class from it for a law of your own.
+    """The force between two bodies against their approach; docs/extending.md shows a law of your own.
 
-    A subclass defines `force`, which takes an array of approaches and returns as many forces. The force must be finite
-    and increase for approaches up to 0.125 m. Everything else follows from it. The compiled loops take a law as a table
-    of cubics, 32 in each octave of the approach; a run warns where the table is more than 1e-4 off. A simulation copies
-    a law that is no frozen dataclass, so that a later change of the law acts on later simulations only.
-
-    Attributes
-    ----------
-    name : str
-        Name of the law in messages.
-    largest : float
-        Approach, m, up to which the law is trusted; beyond it a run warns.
-    caution : str
-        What a user of the law must know; the attribute `warnings` of each result lists it.
-    piece : type or None
-        The law as compiled functions, which replace the table; see docs/extending.md.
+    A subclass defines `force`, finite and increasing up to 0.125 m. All else follows from it. The compiled loops take
+    a table of cubics, 32 in each octave; a run warns where the table is more than 1e-4 off.
 
     Examples
     --------
-    >>> class Stiffening(hl.ContactLaw):
-    ...     def force(self, approach):
-    ...         return 1e10 * approach**1.5 + 1e17 * approach**3
-    >>> round(float(Stiffening().tangent(1e-5)) * 1e-6, 2)  # N/µm
-    77.43
+    >>> isinstance(hl.laws.PowerLaw(1e10), hl.ContactLaw)
+    True
     """
 
     name: str = "contact law"
-    largest: float = inf
-    caution: str = ""
-    piece: type | None = None
+    largest: float = inf  # m, the approach up to which the law is trusted; beyond it a run warns
+    caution: str = ""  # what a user of the law must know; the attribute `warnings` of each result lists it
+    piece: type | None = None  # the law as compiled functions, which replace the table
 
     @abstractmethod
     def force(self, approach: Vector) -> Vector:
-        """Return F(δ), N, at approaches of zero or more, m."""
+        """Return F(δ), N, as many as approaches of zero or more, m."""
 
     def tangent(self, approach: Vector) -> Vector:
         """Return dF/dδ, N/m, by central differences."""
@@ -93,10 +72,9 @@ class ContactLaw(ABC):
     @property
     def table_error(self) -> float:
         """Largest relative error of the table, in the middle of its cubics."""
-        rows = self._table[1:-1]
-        half = 0.5 * np.diff(self._table[1:, 0])
-        cubics = rows[:, 1] + half * (rows[:, 2] + half * (rows[:, 3] + half * rows[:, 4]))
-        return float(np.abs(cubics / np.asarray(self.force(rows[:, 0] + half), float) - 1.0).max())
+        row = np.arange(1, len(self._table) - 1)
+        middle = 0.5 * (self._table[row, 0] + self._table[row + 1, 0])
+        return float(np.abs(kernels.cubic(self._table, row, middle) / np.asarray(self.force(middle)) - 1.0).max())
 
     @cached_property
     def _table(self) -> Vector:
@@ -108,7 +86,7 @@ class ContactLaw(ABC):
 
 
 def check_contact_law(name: str, law: Any, what: str) -> ContactLaw:
-    """Return `law`; a ValueError where it is none, has no hash to find equal laws by, or contradicts its piece."""
+    """Return `law`; refuse what is no hashable law, or contradicts its piece."""
     if not isinstance(law, ContactLaw) or not isinstance(law, Hashable):
         raise ValueError(f"{name} = {short(law)}: must be {what}, and hashable, as a frozen dataclass is")
     if law.piece is not None:
@@ -135,10 +113,7 @@ def unchanging(law: ContactLaw) -> ContactLaw:
     """Return a frozen dataclass itself; a copy of any other law, which a user may change later."""
     if is_dataclass(law) and type(law).__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return law
-    try:
-        copied = deepcopy(law)
-    except TypeError:  # of attributes such as open files
-        copied = copy(law)
+    copied = deepcopy(law)
     vars(copied).pop("_table", None)
     return copied
 
@@ -149,10 +124,8 @@ class PowerLaw(ContactLaw):
 
     Parameters
     ----------
-    stiffness : float
-        k, N/mⁿ.
-    exponent : float
-        n, from 1 to 10.
+    stiffness, exponent : float
+        k, N/mⁿ, and n, from 1 to 10.
     largest, name, caution : float, str, str
         As in `ContactLaw`.
 
@@ -191,22 +164,18 @@ class PowerLaw(ContactLaw):
 
 @described
 class TabulatedLaw(ContactLaw):
-    """A law through points, by monotone cubics (Fritsch–Carlson) of ln F over ln δ, which keep power laws exactly.
-
-    Outside the points the law continues as power laws: below the first point to zero, at least linearly; beyond the
-    last one as steeply as there and as the last two points.
+    """A law through points by monotone cubics of ln F over ln δ; it continues as power laws outside the points.
 
     Parameters
     ----------
     approaches, forces : sequence of float
-        Approaches, m, and as many forces, N, both increasing. A first point (0, 0) is left out.
+        Approaches, m, and as many forces, N, both increasing.
     name, caution, largest : str, str, float
         As in `ContactLaw`; `largest` is by default the last point.
 
     Examples
     --------
-    >>> hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0], name="measured")
-    TabulatedLaw('measured', 3 points up to 2e-05 m and 894 N)
+    >>> law = hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0], name="measured")
     """
 
     approaches: Sequence[Coordinate]
@@ -216,8 +185,10 @@ class TabulatedLaw(ContactLaw):
     largest: Length = inf
 
     def __post_init__(self) -> None:
-        approaches = each(finite, "approaches", np.array(listed("approaches", self.approaches, object, "numbers")), "m")
-        forces = each(finite, "forces", np.array(listed("forces", self.forces, object, "numbers")), "N")
+        approaches, forces = (
+            each(finite, name, np.array(listed(name, getattr(self, name), object, "numbers")), unit)
+            for name, unit in (("approaches", "m"), ("forces", "N"))
+        )
         if approaches[0] == forces[0] == 0.0:
             approaches, forces = approaches[1:], forces[1:]
         many = approaches.size == forces.size >= 2
@@ -251,8 +222,8 @@ class TabulatedLaw(ContactLaw):
         return np.where(np.asarray(approach) <= 0.0, 0.0, force), slope
 
     @cached_property
-    def _curve(self) -> "tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]":
-        """ln F over ln δ, its ends, and its slopes beyond them."""
+    def _curve(self) -> tuple[Any, tuple[float, float], tuple[float, float]]:
+        """ln F over ln δ, its ends, and its slopes beyond them: at least one before the first."""
         from scipy.interpolate import PchipInterpolator
 
         x, y = np.log(self.approaches), np.log(self.forces)
@@ -262,13 +233,13 @@ class TabulatedLaw(ContactLaw):
 
 
 def kernel_table(law: ContactLaw) -> Vector:
-    """Return a law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of cubics in δ − δ₀, Hermite's between kernels.BUCKETS in each
-    octave; the error for a power law is 2e-9. The first row is a straight line through zero."""
+    """Return a law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of Hermite cubics in δ − δ₀; the first is a line through 0."""
+    from scipy.interpolate import CubicHermiteSpline
+
     edges = kernels.table_edges()
     edges.setflags(write=False)  # a law must return new numbers
     force, slope = (np.asarray(values, float) for values in (law.force(edges), law.tangent(edges)))
-    step = np.diff(edges)
-    rise = np.diff(force) / step if force.shape == slope.shape == edges.shape else np.array([np.nan])
+    rise = np.diff(force) / np.diff(edges) if force.shape == slope.shape == edges.shape else np.array([np.nan])
     if not isinstance(law, PowerLaw | TabulatedLaw):
         rises = np.isfinite(rise).all() and (rise > 0.0).all() and force[0] <= 1e-6 * force[-1]
         if not (rises and np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5)):
@@ -276,15 +247,11 @@ def kernel_table(law: ContactLaw) -> Vector:
                 f"law: {type(law).__name__}.force: must be finite, zero at zero and rise with the approach from "
                 f"{edges[0]:.1g} to {edges[-1]:.3g} m, and its tangent must be its slope"
             )
-    rows = np.empty((step.size, 6))
-    rows[:, 0], rows[:, 1], rows[:, 2] = edges[:-1], force[:-1], slope[:-1]
-    rows[:, 3] = (3.0 * rise - 2.0 * slope[:-1] - slope[1:]) / step
-    rows[:, 4] = (slope[:-1] + slope[1:] - 2.0 * rise) / step**2
-    rows[0] = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]
+    curve = CubicHermiteSpline(edges[1:], force[1:], slope[1:])
+    work = curve.antiderivative()(edges[1:-1]) + 0.5 * force[1] * edges[1]
+    line = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]
+    rows = np.vstack([line, np.column_stack([edges[1:-1], *curve.c[::-1], work])])
     rows[-1, 3:5] = 0.0
-    work = step * (rows[:, 1] + step * (rows[:, 2] / 2.0 + step * (rows[:, 3] / 3.0 + step * rows[:, 4] / 4.0)))
-    work[0] = 0.5 * force[1] * edges[1]
-    rows[:, 5] = np.concatenate([[0.0], np.cumsum(work[:-1])])
     return rows
 
 
@@ -294,10 +261,7 @@ def _shape_table(exponent: float) -> Vector:
 
 
 def inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
-    """Return where an increasing function of the approach has these values, by dividing an interval of ln δ.
-
-    All ends of 16 parts are asked at once: a function takes hardly longer for many approaches than for one.
-    """
+    """Return where an increasing function of the approach has these values, by dividing an interval of ln δ in 16."""
     if not (wanted > 0.0).any():
         return np.maximum(wanted, 0.0)  # what is not a number stays so
     asked, ends = wanted.reshape(-1), np.arange(1, 16)[:, None]

@@ -264,7 +264,6 @@ def own_loss(**members: Any) -> hl.Dissipation:
         (own_loss(coefficients=lambda self, mass: mass + 1j), r"Own\.coefficients = array"),
         (own_loss(piece=99), r"Own\.piece = 99: must be dashpot, tangent"),
         (own_loss(piece="dashpots"), r"Own\.piece = 'dashpots': must be dashpot"),
-        (own_loss(rates=lambda self, mass, *more: -mass), r"Own\.rates = .*none negative"),
     ],
 )
 def test_a_loss_that_is_none_is_named(loss: hl.Dissipation, message: str) -> None:
