@@ -8,7 +8,6 @@ from coupling.plots.setup import setup as setup
 from coupling.plots.swept import swept as swept
 from coupling.plots.traces import contact_map as contact_map
 from coupling.plots.traces import energy as energy
-from coupling.plots.traces import spectrum as spectrum
 from coupling.plots.traces import traces as traces
 from coupling.plots.view import picture as picture
 from hertzlink.reports.report import report as report

@@ -755,7 +755,6 @@ def _plots() -> dict[str, Target]:
     return {
         "plots.traces": Target(plots.traces, {"run": run, "sensors": [3], "ax": None, "spreads": None}, closed, of_run),
         "plots.contact_map": Target(plots.contact_map, {"run": run, "ax": None}, closed, of_run),
-        "plots.spectrum": Target(plots.spectrum, {"run": run, "sensor": 3, "ax": None}, closed, of_run),
         "plots.energy": Target(plots.energy, {"run": run, "ax": None}, closed, of_run),
         "plots.setup": Target(plots.setup, {"run": run, "ax": None}, closed, of_run),
         "plots.swept": Target(

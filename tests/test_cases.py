@@ -331,7 +331,7 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     assert len((folder / "traces.csv").read_text().splitlines()) == data.sizes["time"] + 1
     # The case in the folder, and the result, run again.
     command("run", "rod/case.toml", "--output", "again", "--figures", "png")
-    pictures = {f"{name}.png" for name in ("setup", "traces", "map", "spectrum", "energy")}
+    pictures = {f"{name}.png" for name in ("setup", "traces", "map", "energy")}
     assert {path.name for path in Path("again").iterdir()} == names | pictures
     assert all(Path("again", name).read_bytes().startswith(b"\x89PNG") for name in pictures)
     command("new", "rod/results.nc", "third.toml")

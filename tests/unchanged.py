@@ -516,7 +516,7 @@ def pictures() -> Mapping[str, Any]:
     from matplotlib import pyplot
 
     run, found = struck(), {}
-    for name in ("traces", "contact_map", "energy", "spectrum", "setup"):
+    for name in ("traces", "contact_map", "energy", "setup"):
         ax = getattr(hl.plots, name)(run)
         lines = [np.ravel(line.get_xydata()) for line in ax.lines]
         lines += [np.ravel(one.get_offsets()) for one in ax.collections] + [[len(ax.patches), len(ax.texts)]]

@@ -1,6 +1,5 @@
-"""The canvas that all plots of results share: axes to draw on, colours, legends below."""
+"""What all plots of results share: axes to draw on, colours, the legend below, names in words."""
 
-from collections.abc import Iterable
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -16,24 +15,11 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """The colours of Okabe and Ito, which colour-blind readers can distinguish."""
 
 INK, PALE = "#222222", "#8a8a8a"
-
-WIDTH, HEIGHT = 6.4, 4.0
-"""Size of a figure, inches."""
-
-SMALL = 8.5
-"""Size of letters of legends and notes, points."""
-
-LETTERS_PER_INCH = 12.2
-"""Letters of a legend in an inch."""
-
-ROW = 0.19
-"""Height of a line of a legend, inches."""
-
-UNDER = 0.48
-"""Height of the numbers and the label below axes, inches."""
-
-MARK = "hertzlink"
-"""The name of figures that the plots made, and may resize."""
+WIDTH, HEIGHT = 6.4, 4.0  # of a figure, inches
+SMALL = 8.5  # letters of legends and notes, points
+LETTERS_PER_INCH, ROW = 12.2, 0.19  # of a legend: letters in an inch, height of a line in inches
+UNDER = 0.48  # height of the numbers and the label below axes, inches
+MARK = "hertzlink"  # the name of figures that the plots made, and may resize
 
 
 def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
@@ -44,36 +30,20 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
         return instance("ax", ax, Axes, "Axes of matplotlib, or None for a new figure")
     from matplotlib import pyplot
 
-    return _only_axes(pyplot.figure(figsize=(width, height), layout="constrained"))
+    return _marked(pyplot.figure(figsize=(width, height), layout="constrained"))
 
 
 def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
     """Return the axes of a new figure that only the caller knows, for a file."""
     from matplotlib.figure import Figure
 
-    return _only_axes(Figure(figsize=(width, height), layout="constrained"))
+    return _marked(Figure((width, height), layout="constrained"))
 
 
-def _only_axes(figure: Any) -> "Axes":
-    """Return the axes of a new figure of ours."""
+def _marked(figure: Any) -> "Axes":
     figure.set_gid(MARK)
     axes: Axes = figure.add_subplot()
     return axes
-
-
-def resized(ax: "Axes", height: float) -> bool:
-    """Return whether the figure is one of ours, which then gets this height, inches; a user's keeps its own."""
-    figure: Any = ax.get_figure(root=True)
-    if figure is None or figure.get_gid() != MARK:
-        return False
-    figure.set_figheight(height)
-    return True
-
-
-def width_of(ax: "Axes") -> float:
-    """Return the width of the figure, inches."""
-    figure: Any = ax.get_figure(root=True)
-    return float(figure.get_figwidth())
 
 
 def styled(ax: "Axes", xlabel: str, ylabel: str) -> None:
@@ -95,30 +65,33 @@ def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
     ax.plot(x, height, marker="x", transform=ax.get_xaxis_transform(), **look)
 
 
-def legend_below(ax: "Axes", title: str = "") -> None:
-    """Put the legend below the axes and their label, where it covers nothing; long entries are wrapped.
+def legend_below(
+    ax: "Axes", title: str = "", entries: dict[str, Any] | None = None, height: float | None = None,
+    under: float = UNDER,
+) -> None:  # fmt: skip
+    """Put the legend below the axes, where it covers nothing; a figure of ours becomes higher by its rows.
 
-    A figure of ours grows by the legend, so that the axes keep their height, inches.
+    entries: handles by their words; by default those of the axes. height: of the figure without a legend, inches.
+    under: how far below the axes, inches.
     """
     from matplotlib.transforms import ScaledTranslation
 
     figure: Any = ax.get_figure(root=True)
-    below = ax.transAxes + ScaledTranslation(0.0, -UNDER, figure.dpi_scale_trans)
-    handles, labels = ax.get_legend_handles_labels()
-    texts, rows = legend_texts(ax, labels)
-    resized(ax, HEIGHT / WIDTH * width_of(ax) + ROW * max(0, rows + bool(title) - 2))
+    width = float(figure.get_figwidth())
+    if entries is None:
+        handles, words = ax.get_legend_handles_labels()
+    else:
+        handles, words = list(entries.values()), list(entries)
+    longest = max(20, int(LETTERS_PER_INCH * width))
+    texts = [fill(plain(UNTIL.sub(r"until = \1", one)), longest) for one in words]
+    if figure.get_gid() == MARK:
+        rows = sum(text.count("\n") + 1 for text in texts) + bool(title)
+        figure.set_figheight((HEIGHT / WIDTH * width - 2.0 * ROW if height is None else height) + ROW * max(2, rows))
     ax.legend(
         handles, texts, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
-        bbox_to_anchor=(0.0, 0.0), bbox_transform=below, frameon=False, fontsize=SMALL, borderaxespad=0.0,
+        bbox_to_anchor=(0.0, 0.0), bbox_transform=ax.transAxes + ScaledTranslation(0.0, -under, figure.dpi_scale_trans),
+        frameon=False, fontsize=SMALL, borderaxespad=0.0,
     )  # fmt: skip
-
-
-def legend_texts(ax: "Axes", labels: Iterable[str]) -> tuple[list[str], int]:
-    """Return the entries of a legend that is as wide as the figure, with their number of lines."""
-    texts = [
-        fill(plain(UNTIL.sub(r"until = \1", label)), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels
-    ]
-    return texts, sum(text.count("\n") + 1 for text in texts)
 
 
 def in_words(name: str) -> str:

@@ -1,6 +1,6 @@
 """Plots of an identification: the fit over the data, its residual, intervals and correlations."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -11,19 +11,15 @@ from structures.checks import one_of, short, whole
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+SHOWN = ("fit", "residual", "intervals", "correlation")
 NEEDED = ("measured", "fitted", "residual", "noise", "value", "low", "high", "verdict", "correlation")
 
-BLIND = "blind"
-"""The verdict of an unknown that the signal does not determine."""
+BLIND = "blind"  # the verdict of an unknown that the signal does not determine
+BLIND_PERCENT = 50.0  # an interval of more than ± this part of the value is blind, %
+NARROWEST = 1e-4  # %; narrower intervals are drawn so wide, to be seen on a logarithmic axis
 
 VERDICTS = {"identified": COLOURS[2], BLIND: COLOURS[1], "at the end of its range": COLOURS[4], "nuisance": COLOURS[5]}
 """The colour of each verdict; of what is not trusted it is PALE."""
-
-BLIND_PERCENT = 50.0
-"""An interval of more than ± this part of the value is blind, %."""
-
-NARROWEST = 1e-4
-"""%; narrower intervals are drawn so wide, to be seen on a logarithmic axis."""
 
 
 def identified(found: object, show: str = "fit", sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
@@ -43,11 +39,10 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
     Returns
     -------
     Axes
-        "fit": time in µs, force in N; samples as points, the fit as a line. "residual": what the fit leaves over the
-        noise; a band holds 95 % of white noise of that size. "intervals": half of the 95 % interval of each unknown in
-        percent of its value, with value and verdict, on a logarithmic axis: green where it is identified, grey where
-        the model does not fit; unknowns of value 0 have no bar. "correlation": a matrix of the unknowns; those near ±1
-        cannot be told apart.
+        "fit": force over time, samples as points. "residual": what the fit leaves over the noise; a band holds 95 % of
+        white noise. "intervals": half of the 95 % interval of each unknown in percent of its value, green where it is
+        identified, grey where the model does not fit; unknowns of value 0 have no bar. "correlation": a matrix of the
+        unknowns; those near ±1 cannot be told apart.
 
     Raises
     ------
@@ -56,7 +51,6 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> def build(modulus):
     ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
@@ -64,40 +58,35 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
     >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
     >>> [line.get_label() for line in hl.plots.identified(found).lines]
     ['measured at bead 5', 'fitted']
-    >>> hl.plots.identified(found, "intervals").get_xlabel()
-    'half of the 95 % interval,\\n% of the value'
     """
-    draw = DRAWN.get(one_of("show", show, {**OF_SENSORS, **DRAWN}))
-    if draw is None:
-        return OF_SENSORS[show](*_one(found, sensor), ax)
-    if sensor is not None:
-        raise ValueError(f"sensor = {sensor!r}: must be None for {show!r}, which is of all sensors")
-    return draw(dataset_of(found), ax)
-
-
-def _fit(data: xr.Dataset, number: int, ax: "Axes | None") -> "Axes":
-    """Draw the fitted force over the measured one."""
-    ax, time = axes_for(ax), 1e6 * data.time.values
-    ax.plot(time, data.measured, ".", color=PALE, markersize=2.5, label=f"measured at bead {number}")
-    ax.plot(time, data.fitted, color=COLOURS[1], linewidth=1.1, label="fitted")
+    one_of("show", show, SHOWN)
+    data = found.to_dataset() if hasattr(found, "unknowns") and hasattr(found, "to_dataset") else found
+    if not isinstance(data, xr.Dataset) or any(name not in data for name in NEEDED):
+        raise ValueError(f"found = {short(found)}: must be what identify returned, or the Dataset that it saved")
+    if show in ("intervals", "correlation"):
+        if sensor is not None:
+            raise ValueError(f"sensor = {sensor!r}: must be None for {show!r}, which is of all sensors")
+        return _intervals(data, ax) if show == "intervals" else _correlation(data, ax)
+    sensors = [int(number) for number in np.atleast_1d(data.sensor.values)]
+    number = sensors[0] if sensor is None else whole("sensor", sensor)
+    if number not in sensors:
+        raise ValueError(f"sensor = {sensor!r}: must be one that was compared: {', '.join(map(str, sensors))}")
+    one = data.sel(sensor=number) if "sensor" in data.dims else data
+    ax, time = axes_for(ax), 1e6 * one.time.values
+    if show == "fit":
+        ax.plot(time, one.measured, ".", color=PALE, markersize=2.5, label=f"measured at bead {number}")
+        ax.plot(time, one.fitted, color=COLOURS[1], linewidth=1.1, label="fitted")
+        styled(ax, "time (µs)", "force (N)")
+        ax.legend(frameon=False, markerscale=3.0)
+    else:
+        left = (one.residual / one.noise).values
+        size = float(np.sqrt(np.nanmean(left**2)))
+        label = f"residual at bead {number}, {size:.3g} times the noise (root mean square)"
+        ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of white noise")
+        ax.plot(time, left, ".", color=INK, markersize=2.5, label=label)
+        styled(ax, "time (µs)", "residual / noise")
+        legend_below(ax)
     ax.margins(x=0.0)
-    styled(ax, "time (µs)", "force (N)")
-    ax.legend(frameon=False, markerscale=3.0)
-    return ax
-
-
-def _residual(data: xr.Dataset, number: int, ax: "Axes | None") -> "Axes":
-    """Draw what the fit leaves, in units of the noise."""
-    left = (data.residual / data.noise).values
-    ax = axes_for(ax)
-    time = 1e6 * data.time.values
-    ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of white noise")
-    size = float(np.sqrt(np.nanmean(left**2)))
-    label = f"residual at bead {number}, {size:.3g} times the noise (root mean square)"
-    ax.plot(time, left, ".", color=INK, markersize=2.5, label=label)
-    ax.margins(x=0.0)
-    styled(ax, "time (µs)", "residual / noise")
-    legend_below(ax)
     return ax
 
 
@@ -147,29 +136,3 @@ def _correlation(data: xr.Dataset, ax: "Axes | None") -> "Axes":
     ax.set_yticks(range(len(names)), names)
     ax.get_figure().colorbar(image, ax=ax, label="correlation", shrink=0.8)  # type: ignore[union-attr]
     return ax
-
-
-OF_SENSORS = {"fit": _fit, "residual": _residual}
-
-DRAWN = {"intervals": _intervals, "correlation": _correlation}
-"""What draws all unknowns."""
-
-
-def dataset_of(result: Any) -> xr.Dataset:
-    """Return an identification as a Dataset; raise a ValueError for anything else."""
-    data = result if isinstance(result, xr.Dataset | type) else None
-    if data is None and callable(getattr(result, "to_dataset", None)) and hasattr(result, "unknowns"):
-        data = result.to_dataset()
-    if not isinstance(data, xr.Dataset) or any(name not in data for name in NEEDED):
-        raise ValueError(f"found = {short(result)}: must be what identify returned, or the Dataset that it saved")
-    return data
-
-
-def _one(result: object, sensor: int | None) -> tuple[xr.Dataset, int]:
-    """Return the data of one sensor, and its number."""
-    data = dataset_of(result)
-    sensors = [int(number) for number in np.atleast_1d(data.sensor.values)]
-    number = sensors[0] if sensor is None else whole("sensor", sensor)
-    if number not in sensors:
-        raise ValueError(f"sensor = {sensor!r}: must be one that was compared: {', '.join(map(str, sensors))}")
-    return (data.sel(sensor=number) if "sensor" in data.dims else data), number

@@ -5,22 +5,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from coupling.plots.canvas import INK, PALE, SMALL, axes_for, plain, resized, styled
+from coupling.plots.canvas import INK, PALE, SMALL, axes_for, plain, styled
 from structures.checks import instance, one_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHOWN = {"value": "viridis", "error": "magma_r"}
-"""What a map shows, and its colours."""
-
-NUMBERS = {"value": "#.4g", "error": ".1g"}
+SHOWN = {"value": ("viridis", "#.4g"), "error": ("magma_r", ".1g")}
+"""What a map shows: its colours, and the format of its numbers."""
 
 MARKS = {"failed": "x", "not trusted": "o", "blind": "s", "at the end of its range": "^"}
 """The marker on points of each verdict that is none of a value to rely on."""
 
-MOST_NUMBERS = 49
-"""Points of a map in which the numbers stand as well."""
+MOST_NUMBERS = 49  # points of a map in which the numbers stand as well
 
 
 def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax: "Axes | None" = None) -> "Axes":
@@ -40,9 +37,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     Returns
     -------
     Axes
-        Squares for the points, with numbers where there are at most 49. Grey crosses are points that failed; circles
-        mark values of a model that does not fit, squares unknowns that the signal does not determine, which have no
-        value.
+        A square for each point with a value; numbers where there are at most 49 points. Markers show verdicts.
 
     Raises
     ------
@@ -51,7 +46,6 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> time = np.arange(0.0, 6e-4, 1e-6)
     >>> def read(file):
@@ -66,36 +60,51 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
         raise ValueError("taps: must be what map_taps returned")
     names = [str(name) for name in taps.unknown.values]
     name = names[0] if unknown is None else one_of("unknown", unknown, names)
-    one_of("show", show, SHOWN)
+    colours, number = SHOWN[one_of("show", show, SHOWN)]
     one = taps.sel(unknown=name)
     size, unit = float(one.unit_size), str(one.unit.item())
-    verdicts = [str(verdict).partition(":")[0] for verdict in one.verdict.values]
-    value = (one.value if show == "value" else (one.high - one.low) / 2.0).values / size
-    if show == "value":
-        value = np.where([verdict == "blind" for verdict in verdicts], np.nan, value)
+    verdicts = np.array([str(verdict).partition(":")[0] for verdict in one.verdict.values])
+    value = np.where(verdicts == "blind", np.nan, one.value) if show == "value" else (one.high - one.low).values / 2.0
+    value = value / size
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.patches import Rectangle
     from matplotlib.patheffects import withStroke
 
     ax = axes_for(ax, 5.6, 4.6)
     x, y = (taps[along].values / taps[along].attrs["size"] for along in "xy")
-    sides = _spacing(x, y), _spacing(y, x)
-    _squares(ax, x, y, value, sides, show, f"{plain(name)}{f' ({unit})' if unit else ''}")
+    width, height = _spacing(x, y), _spacing(y, x)
+    known = np.flatnonzero(np.isfinite(value))
+    low, high = (float(value[known].min()), float(value[known].max())) if known.size else (0.0, 1.0)
+    middle = max(abs(low), abs(high))
+    spare = 0.0 if high - low > 1e-9 * middle else 0.05 * (middle or 1.0)
+    scale = ScalarMappable(Normalize(low - spare, high + spare), colours)
+    for place in known:
+        corner = x[place] - 0.5 * width, y[place] - 0.5 * height
+        red, green, blue, _ = colour = scale.to_rgba(value[place])
+        ax.add_patch(Rectangle(corner, width, height, facecolor=colour, edgecolor="white"))
+        if len(value) <= MOST_NUMBERS:
+            ink = "white" if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else INK
+            below, text = y[place] - 0.32 * height, f"{value[place]:{number}}"
+            ax.text(x[place], below, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
+    label = plain(name) + f" ({unit})" * bool(unit)
+    words = label if show == "value" else f"half of the 95 % interval of\n{label}"
+    ax.get_figure().colorbar(scale, ax=ax, label=words, shrink=0.8)  # type: ignore[union-attr]
+
     for verdict, marker in MARKS.items():
-        here = np.array([one == verdict for one in verdicts])
+        here = verdicts == verdict
         if here.any():
-            colour = PALE if verdict == "failed" else INK
-            face = colour if marker == "x" else "none"
-            outline = [withStroke(linewidth=3.0, foreground="white")]
+            ink = PALE if verdict == "failed" else INK
             ax.scatter(
-                x[here], y[here], 60.0, marker=marker, color=colour, facecolor=face, label=verdict, zorder=3,
-                path_effects=outline,
+                x[here], y[here], 60.0, marker=marker, color=ink, facecolor=ink if marker == "x" else "none",
+                label=verdict, zorder=3, path_effects=[withStroke(linewidth=3.0, foreground="white")],
             )  # fmt: skip
     styled(ax, *(f"{along} ({taps[along].attrs['unit']})" for along in "xy"))
     ax.grid(visible=False)
     ax.set_aspect("equal")
-    ax.set_xlim(x.min() - 0.6 * sides[0], x.max() + 0.6 * sides[0])
-    ax.set_ylim(y.min() - 0.6 * sides[1], y.max() + 0.6 * sides[1])
+    ax.set_xlim(x.min() - 0.6 * width, x.max() + 0.6 * width)
+    ax.set_ylim(y.min() - 0.6 * height, y.max() + 0.6 * height)
     if ax.get_legend_handles_labels()[1]:
-        resized(ax, 4.6)
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=SMALL, ncols=2)
     return ax
 
@@ -104,27 +113,3 @@ def _spacing(along: Any, across: Any) -> float:
     """Return the least distance between neighbours along an axis, that across it where there is none."""
     steps = [np.diff(np.unique(np.round(values, 9))) for values in (along, across)]
     return float(next((step.min() for step in steps if step.size), 1.0))
-
-
-def _squares(ax: "Axes", x: Any, y: Any, value: Any, sides: tuple[float, float], show: str, label: str) -> None:
-    """Draw a square for each point with a value, and the numbers of few."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-    from matplotlib.patches import Rectangle
-
-    known = np.isfinite(value)
-    low, high = (float(value[known].min()), float(value[known].max())) if known.any() else (0.0, 1.0)
-    middle = max(abs(low), abs(high))
-    spare = 0.0 if high - low > 1e-9 * middle else 0.05 * (middle or 1.0)
-    colours = ScalarMappable(Normalize(low - spare, high + spare), SHOWN[show])
-    for place in np.flatnonzero(known):
-        corner = x[place] - 0.5 * sides[0], y[place] - 0.5 * sides[1]
-        red, green, blue, _ = colour = colours.to_rgba(value[place])
-        ax.add_patch(Rectangle(corner, *sides, facecolor=colour, edgecolor="white"))
-        if len(value) <= MOST_NUMBERS:
-            ink = "white" if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else INK
-            text = f"{value[place]:{NUMBERS[show]}}"
-            below = y[place] - 0.32 * sides[1]
-            ax.text(x[place], below, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
-    words = label if show == "value" else f"half of the 95 % interval of\n{label}"
-    ax.get_figure().colorbar(colours, ax=ax, label=words, shrink=0.8)  # type: ignore[union-attr]

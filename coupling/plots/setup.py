@@ -1,15 +1,19 @@
-"""A sketch of a set-up to scale: chain, contact and structure from the side, and a plate seen along the chain."""
+"""A sketch of a set-up to scale: chain, contact and structure from the side, and a plate seen along the chain.
+
+Lengths are in mm. What is drawn is the description of a run, as its Dataset holds it.
+"""
 
 import json
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from math import cos
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
-from coupling.plots.canvas import INK, ROW, SMALL, axes_for, legend_texts, resized, width_of
-from coupling.plots.setup_structures import Drawn, front_view, half_height, side_view
+from coupling.plots.canvas import COLOURS, INK, PALE, ROW, SMALL, axes_for, legend_below, plain
 from coupling.plots.swept import varied, words_of
 from coupling.results.provenance import stored
 from coupling.results.schema import END_NAMES
@@ -18,26 +22,30 @@ from structures.checks import count_of, short
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST_BEADS, FIRST_BEADS, LAST_BEADS = 30, 6, 12
-"""A chain of more beads is drawn without its middle."""
-
-BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc")
-"""The colours of different beads."""
-
-SKETCH_WIDTH, EDGE = 7.2, 0.12
-"""Usual width of a sketch, and that of its margin, inches."""
-
+MOST_BEADS, FIRST_BEADS, LAST_BEADS = 30, 6, 12  # a chain of more beads is drawn without its middle
+BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc")  # of the kinds that the legend names, the others are white
+LAYER_COLOURS = ("#9fb4c7", "#f0e2b6", "#c7a58f", "#b5cda3", "#cdb7d6", "#d9d9d9")
+SPACE = 26.0  # drawn depth and half-height of what has no ends
 LAST, FIRST = END_NAMES
 
-LONG = ("Cylinder", "Ellipsoid")
-"""Beads with a length."""
+EDGES = {
+    "clamped": {"color": INK, "linewidth": 3.0, "linestyle": "-"},
+    "simple": {"color": COLOURS[0], "linewidth": 2.0, "linestyle": "--"},
+    "soft simple": {"color": COLOURS[5], "linewidth": 2.0, "linestyle": "--"},
+    "symmetry": {"color": COLOURS[3], "linewidth": 1.5, "linestyle": "-."},
+    "elastic": {"color": COLOURS[2], "linewidth": 2.0, "linestyle": ":"},
+    "free": {"color": PALE, "linewidth": 0.9, "linestyle": "-"},
+}
+"""How an edge of each support is drawn."""
 
-CAPITAL = re.compile(r"(?<!^)([A-Z])")
-"""Where the name of a class has a new word."""
+CONTACT: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
 
 
 def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     """Draw the set-up of a run to scale: striker, beads, structure with its layers or its outline, and supports.
+
+    A plate is drawn from its side, and as seen along the chain, with its edges and additions. Chains of more than 30
+    beads are drawn without their middle.
 
     Parameters
     ----------
@@ -49,8 +57,7 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     Returns
     -------
     Axes
-        Lengths in mm. Chains of more than 30 beads are drawn without their middle. A plate is drawn from its side, and
-        as seen along the chain, with its edges, additions and the points that chains touch.
+        Lengths in mm.
 
     Raises
     ------
@@ -59,197 +66,306 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
     >>> rod = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
-    >>> axes = hl.plots.setup(hl.CoSimulation(chain, rod))
+    >>> axes = hl.plots.setup(hl.CoSimulation(hl.Chain([bead] * 16, bead, impact_speed=0.44), rod))
     >>> print(axes.get_legend().get_texts()[-2].get_text())
     PTFE, 25.4 mm long, radius 9.525 mm
     """
-    rows = _rows(described_input(run))
-    ax = axes_for(ax, SKETCH_WIDTH)
-    drawn = Drawn(ax)
+    inputs = described_input(run)
+    sketch = _Sketch(axes_for(ax, width=7.2))
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
-        drawn.note(f"varied, drawn is the first run: {words_of(run[name])}, {values}")
+        sketch.line([], [], f"varied, drawn is the first run: {words_of(run[name])}, {values}", linestyle="none")
+    # Each chain has a row: its name, and the structure and the number of its contact point at either end.
+    if "chain" in inputs:
+        rows = [("", inputs["chain"], {LAST: (inputs.get("structure"), 0)})]
+    else:
+        rows = []
+        for number, chain in enumerate(inputs["chains"]):
+            name, faced = f"chain {number}", {}
+            for of, end, structure, point in inputs.get("contacts", []):
+                if int(of) == number:
+                    name += f", contact {point} of structure {structure}"
+                    faced[LAST if end in (0, LAST) else FIRST] = inputs["structures"][int(structure)], int(point)
+            rows.append((name, chain, faced))
     bottom = 0.0
-    for row in rows:
-        bottom = _draw_row(drawn, row, bottom) - 6.0
-    _scale_bar(drawn, bottom)
+    for name, chain, faced in rows:
+        bottom = _draw_row(sketch, name, chain, faced, bottom) - 6.0
+
+    ax = sketch.ax
     ax.set_aspect("equal")
     ax.set_axis_off()
-    _laid_out(drawn)
+    ax.autoscale_view()
+    left, right = ax.get_xlim()
+    length = next((mm for mm in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if mm < 0.25 * (right - left)), 1.0)
+    sketch.line([left, left + length], [bottom, bottom], color=INK, linewidth=2.0, solid_capstyle="butt")
+    sketch.text(left + length, bottom, f" {length:g} mm", ha="left", va="center")
+    ax.margins(0.02)
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    width = float(ax.get_figure(root=True).get_figwidth())  # type: ignore[union-attr]
+    legend_below(ax, "", sketch.entries, 2.0 * ROW + width * (high - low) / (right - left), 0.5 * ROW)
     return ax
 
 
-def _laid_out(drawn: Drawn) -> None:
-    """Put the legend below; a figure of ours becomes as high as sketch and legend."""
-    ax, (handles, labels) = drawn.ax, drawn.legend()
-    ax.relim(visible_only=True)
-    ax.autoscale_view()
-    (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
-    width = width_of(ax)
-    sketch = (width - 2.0 * EDGE) * (top - low) / (right - left)
-    texts, rows = legend_texts(ax, labels)
-    under = ROW * rows + EDGE
-    total = sketch + under + 3.0 * EDGE
-    if resized(ax, total):
-        ax.get_figure().set_layout_engine("none")  # type: ignore[union-attr]
-        ax.set_position((EDGE / width, (under + EDGE) / total, 1.0 - 2.0 * EDGE / width, sketch / total))
-    ax.legend(
-        handles, texts, loc="upper left", bbox_to_anchor=(0.0, -EDGE / sketch), frameon=False, fontsize=SMALL,
-        borderaxespad=0.0,
-    )  # fmt: skip
-
-
 def described_input(run: Any, name: str = "run") -> dict[str, Any]:
-    """Return the input of a run as plain data: chains, structures and contacts; raise a ValueError where it is not
-    known.
-
-    name: what an error calls the argument.
-    """
+    """Return the input of a run as plain data; a ValueError where it is not known. name: of the argument."""
     if not isinstance(run, xr.Dataset | type) and callable(getattr(run, "describe", None)) and hasattr(run, "scheme"):
         # By JSON, so that what is drawn is the same before and after a run.
         return dict(json.loads(json.dumps(run.describe(), default=repr)))
-    text = run.attrs.get("input", "") if isinstance(run, xr.Dataset) else None
-    if text is None:
+    if not isinstance(run, xr.Dataset):
         raise ValueError(f"{name} = {short(run)}: must be a CoSimulation, or the Dataset of its run")
-    inputs = stored(text)
-    inputs = inputs if _has_chain(inputs) else stored(inputs.get("first_run", ""))
-    if not _has_chain(inputs):
-        raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
-    return inputs
+    inputs = stored(run.attrs.get("input", ""))
+    for known in (inputs, stored(inputs.get("first_run", ""))):
+        chains = known.get("chains", [known.get("chain")])
+        if chains and all(isinstance(chain, Mapping) and chain.get("beads") for chain in chains):
+            return known
+    raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
 
 
-def _has_chain(inputs: Mapping[str, Any]) -> bool:
-    chains = inputs.get("chains", [inputs.get("chain")])
-    return bool(chains) and all(isinstance(chain, Mapping) and chain.get("beads") for chain in chains)
+class _Sketch:
+    """The axes of a sketch, and the entries of its legend: handles by their words, each once."""
+
+    def __init__(self, ax: "Axes") -> None:
+        self.ax = ax
+        self.entries: dict[str, Any] = {}
+
+    def patch(self, patch: Any, words: str = "", **look: Any) -> None:
+        patch.set(**{"facecolor": "white", "edgecolor": INK, "linewidth": 0.6, **look})
+        self.ax.add_patch(patch)
+        if words:
+            self.entries.setdefault(words, patch)
+
+    def block(self, x: float, y: float, width: float, half: float, words: str, **look: Any) -> float:
+        """Draw a rectangle whose near side has its middle at (x, y); return the x of its far side."""
+        from matplotlib.patches import Rectangle
+
+        self.patch(Rectangle((min(x, x + width), y - half), abs(width), 2.0 * half), words, **look)
+        return x + width
+
+    def line(self, x: Any, y: Any, words: str = "", **look: Any) -> None:
+        (line,) = self.ax.plot(x, y, **look)
+        if words:
+            self.entries.setdefault(words, line)
+
+    def text(self, x: float, y: float, words: str, **place: Any) -> None:
+        self.ax.text(x, y, plain(words), fontsize=SMALL, color=INK, **place)
+
+    def arrow(self, start: float, end: float, y: float, words: str = "") -> None:
+        """Draw an arrow, which shows where something moves."""
+        look = {"arrowstyle": "-|>", "color": COLOURS[1], "linewidth": 1.2}
+        self.ax.annotate("", (end, y), (start, y), arrowprops=look)
+        # An annotation does not count where limits are chosen.
+        self.line([start, end], [y, y], linestyle="none")
+        self.line([], [], words, color=COLOURS[1], marker=">", linestyle="none")
 
 
-def _rows(inputs: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return for each chain what it faces: the chain, and the structure and its contact point at either end."""
-    if "chain" in inputs:
-        return [{"chain": inputs["chain"], LAST: (inputs.get("structure"), 0)}]
-    rows: list[dict[str, Any]] = [{"chain": chain, "name": f"chain {i}"} for i, chain in enumerate(inputs["chains"])]
-    for chain, end, structure, point in inputs.get("contacts", []):
-        row = rows[int(chain)]
-        row[LAST if end in (0, LAST) else FIRST] = (inputs["structures"][int(structure)], int(point))
-        row["name"] += f", contact {point} of structure {structure}"
-    return rows
-
-
-def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
-    """Draw one chain and what it faces, below `top`; return the lowest y, mm."""
-    chain = row["chain"]
-    high = 0.5 * max(_size(bead)[1] for bead in chain["beads"])
-    last, first = (row.get(end, (None, 0)) for end in (LAST, FIRST))
-    high = max([high, *(half_height(structure) for structure, _ in (last, first) if structure is not None)])
-    y = top - high
-    if row.get("name"):
-        y -= 9.0
-    x = _draw_beads(drawn, chain["beads"], y)
-    if row.get("name"):
-        drawn.text(x, top - 1.0, str(row["name"]), ha="left", va="top")
-    if first[0] is None:
-        _draw_striker(drawn, chain, x, y)
+def _draw_row(
+    sketch: _Sketch, name: str, chain: Mapping[str, Any], faced: Mapping[str, tuple[Any, int]], top: float
+) -> float:
+    """Draw one chain and what it faces, below `top`; return the lowest y."""
+    half = max(0.5 * _size(bead)[1] for bead in chain["beads"])
+    for structure, _ in faced.values():
+        layers = structure.get("layers") if isinstance(structure, Mapping) else None
+        if structure is not None:
+            half = max(half, 1.2e3 * max(float(layer["radius"]) for layer in layers) if layers else SPACE)
+    y = top - half - (9.0 if name else 0.0)
+    start = _draw_beads(sketch, chain["beads"], y)
+    if name:
+        sketch.text(start, top - 5.0, name, ha="left", va="center")
+        sketch.line([start], [top], linestyle="none")
+    if FIRST in faced:
+        _draw_side(sketch, faced[FIRST][0], start, y, -1.0)
     else:
-        side_view(drawn, first[0], x, y, mirrored=True)
-    if last[0] is None:
-        drawn.note("the last bead faces nothing")
-        return y - high
-    right = side_view(drawn, last[0], 0.0, y)
-    return min(y - high, front_view(drawn, last[0], last[1], right, y, top))
+        _draw_striker(sketch, chain, start, y)
+    structure, point = faced.get(LAST, (None, 0))
+    if structure is None:
+        sketch.line([], [], "the last bead faces nothing", linestyle="none")
+        return y - half
+    far = _draw_side(sketch, structure, 0.0, y, 1.0)
+    if not isinstance(structure, Mapping) or "thickness" not in structure:
+        return y - half
+    return min(y - half, _draw_front(sketch, structure, point, far + 12.0, y, top))
 
 
-def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
-    """Draw the beads, whose last one ends at x = 0; return the x of the struck end, mm."""
+def _draw_beads(sketch: _Sketch, beads: list[Any], y: float) -> float:
+    """Draw the beads, whose last one ends at x = 0; return the x of the struck end."""
     from matplotlib.patches import Circle, Ellipse, Rectangle
 
-    kinds: dict[str, int] = {}
-    for bead in beads:
-        kinds[_words(bead)] = kinds.get(_words(bead), 0) + 1
-    left_out = len(beads) - FIRST_BEADS - LAST_BEADS if len(beads) > MOST_BEADS else 0
-    shown = beads if not left_out else beads[:FIRST_BEADS] + beads[-LAST_BEADS:]
-    for words, count in kinds.items():
-        drawn.named(f"{count} × {words}")
-    x = 0.0
-    for place, bead in enumerate(reversed(shown)):
-        if left_out and place == LAST_BEADS:
-            gap = 2.0 * _size(bead)[0]
-            dots = [x - share * gap for share in (0.25, 0.5, 0.75)]
-            mark: dict[str, Any] = {"color": INK, "marker": ".", "markersize": 3.0, "linestyle": "none"}
-            drawn.line(dots, [y] * 3, count_of(left_out, "bead that is not drawn", "beads that are not drawn"), **mark)
-            x -= gap
-        width, tall = _size(bead)
-        middle = (x - 0.5 * width, y)
-        words = _words(bead)
-        colour = BEAD_COLOURS[list(kinds).index(words) % len(BEAD_COLOURS)]
-        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6}
+    kinds = Counter(map(_bead_in_words, beads))
+    named = {words: f"{count} × {words}" for words, count in list(kinds.items())[: len(BEAD_COLOURS)]}
+    others = count_of(len(kinds) - len(named), "other kind of beads", "other kinds of beads")
+    hidden = len(beads) - FIRST_BEADS - LAST_BEADS if len(beads) > MOST_BEADS else 0
+    shown = beads[:FIRST_BEADS] + beads[-LAST_BEADS:] if hidden else beads
+    gap = 2.0 * _size(shown[0])[0] if hidden else 0.0
+    x = start = -gap - sum(_size(bead)[0] for bead in shown)
+    for place, bead in enumerate(shown):
+        if hidden and place == FIRST_BEADS:
+            dots: dict[str, Any] = {"color": INK, "marker": ".", "markersize": 3.0, "linestyle": "none"}
+            words = count_of(hidden, "bead that is not drawn", "beads that are not drawn")
+            sketch.line(x + gap * np.array([0.25, 0.5, 0.75]), [y] * 3, words, **dots)
+            x += gap
+        width, height = _size(bead)
+        words = _bead_in_words(bead)
+        face = BEAD_COLOURS[list(named).index(words)] if words in named else "white"
         if bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5:  # its side is seen
-            shape: Any = Rectangle((x - width, y - 0.5 * tall), width, tall, **look)
+            shape: Any = Rectangle((x, y - 0.5 * height), width, height)
         else:
-            shape = Ellipse(middle, width, tall, **look)
-        drawn.add(shape, f"{kinds[words]} × {words}")
+            shape = Ellipse((x + 0.5 * width, y), width, height)
+        sketch.patch(shape, named.get(words, others), facecolor=face)
         if bead.get("inner_radius"):
-            drawn.add(Circle(middle, 1e3 * bead["inner_radius"], facecolor="white", edgecolor=INK, linewidth=0.4))
-        x -= width
-    return x
+            sketch.patch(Circle((x + 0.5 * width, y), 1e3 * bead["inner_radius"]), linewidth=0.4)
+        x += width
+    return start
 
 
-def _draw_striker(drawn: Drawn, chain: Mapping[str, Any], x: float, y: float) -> None:
+def _draw_striker(sketch: _Sketch, chain: Mapping[str, Any], x: float, y: float) -> None:
     """Draw the body that strikes the first bead, left of it, with an arrow."""
     from matplotlib.patches import Ellipse
 
     striker, speed = chain.get("striker"), chain.get("impact_speed")
-    moves = "" if not speed else f", {float(speed):.3g} m/s"
+    moves = f", {float(speed):.3g} m/s" if speed else ""
     gap = 0.6 * _size(chain["beads"][0])[0]
     body = striker.get("striker", striker) if isinstance(striker, Mapping) else None
-    width = tall = 0.0
     if isinstance(body, Mapping) and ("radius" in body or "size" in body):
-        width, tall = _size(body)
-        middle = (x - gap - 0.5 * width, y)
-        shape = Ellipse(middle, width, tall, facecolor="#f2b38a", edgecolor=INK, linewidth=0.6)
-        drawn.add(shape, f"striker: {_words(body)}{moves}")
-    elif striker is not None:
-        drawn.arrow((x - 2.0 * gap, y), (x, y), "pushed: a force or a place over time")
-        return
-    if striker is None:
-        drawn.arrow((x - 2.0 * gap, y), (x, y), f"first bead starts{moves}")
+        width, height = _size(body)
+        shape = Ellipse((x - gap - 0.5 * width, y), width, height)
+        sketch.patch(shape, f"striker: {_bead_in_words(body)}{moves}", facecolor="#f2b38a")
+        sketch.arrow(x - gap - width, x, y + 0.5 * height + 2.0)
+    elif striker is None:
+        sketch.arrow(x - 2.0 * gap, x, y, f"first bead starts{moves}")
     else:
-        above = y + 0.5 * tall + 2.0
-        drawn.arrow((x - gap - width, above), (x, above))
+        sketch.arrow(x - 2.0 * gap, x, y, "pushed: a force or a place over time")
+
+
+def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float) -> float:
+    """Draw a structure from the side, whose face is at x, to the right or to the left; return its far end."""
+    data = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
+    kind = str(data.get("kind", "structure"))
+    of = f" of {_material(data)}" if data.get("material") else ""
+    if "thickness" in data:
+        thick = 1e3 * float(data["thickness"])
+        return sketch.block(x, y, sign * thick, SPACE, f"{kind}, {thick:.4g} mm{of}", facecolor=LAYER_COLOURS[0])
+    if not data.get("layers"):
+        words, hatch = (f"{kind}{of}", "//") if kind == "half-space" else (f"{kind}{of}, not to scale", "..")
+        return sketch.block(x, y, sign * SPACE, SPACE, words, facecolor="#e6e6e6", edgecolor=PALE, hatch=hatch)
+
+    layers = [(_material(one), 1e3 * float(one["length"]), 1e3 * float(one["radius"])) for one in data["layers"]]
+    names = list(dict.fromkeys(name for name, *_ in layers))
+    for name, length, radius in layers:
+        alike = [one for material, one, _ in layers if material == name]
+        words = f"{name}, {length:.4g} mm long, radius {radius:.4g} mm"
+        if len(alike) > 1:
+            words = f"{name}, {len(alike)} layers, together {sum(alike):.4g} mm long"
+        face = LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]
+        x = sketch.block(x, y, sign * length, radius, words, facecolor=face)
+    base, half = str(data.get("base")), 1.2 * max(radius for _, _, radius in layers)
+    if base not in ("free", "contact", "None"):
+        hatch = {"fixed": "////", "absorbing": "...."}.get(base, "++")
+        sketch.block(x, y, sign * 0.3 * half, half, f"base: {base}", hatch=hatch, linewidth=0.0)
+    return x + sign * 0.3 * half
+
+
+def _draw_front(sketch: _Sketch, plate: Mapping[str, Any], point: int, x: float, y: float, top: float) -> float:
+    """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y."""
+    rings = _rings(plate)
+    if not rings:
+        away = 1e3 * float(plate.get("distance") or 0.0)
+        sketch.block(x, y, away + SPACE, SPACE, "", facecolor="#eef1f4", linewidth=0.0)
+        if away:
+            kind = str(plate.get("edge", "free"))
+            words = f"edge: {kind}, {away:.4g} mm from the contact"
+            look = EDGES.get(kind, EDGES["free"])
+            sketch.line([x, x], [y - SPACE, y + SPACE], words, solid_capstyle="butt", **look)
+        beyond = f"the outline is in {plate['mesh']}" if "mesh" in plate else "the plate continues beyond the picture"
+        sketch.line([x + (away or 0.5 * SPACE)], [y], f"contact; {beyond}", **CONTACT)
+        return y - SPACE
+
+    corners = np.concatenate([ring for ring, _ in rings])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    factor = min(1.0, max(abs(sketch.ax.dataLim.x0), 100.0) / max(high - low))
+    half = 0.5 * factor * (high[1] - low[1])
+    corner = np.array([x, min(y, top - half) - half])
+
+    def draw(places: Any, words: str, **look: Any) -> None:
+        x, y = (corner + factor * (np.reshape(places, (-1, 2)) - low)).T
+        sketch.line(x, y, words, **look)
+
+    cells = plate.get("cells")
+    if "corners" not in plate and isinstance(cells, Sequence) and len(cells) == 2:
+        # A uniform mesh. Others depend on the contact, and are not drawn.
+        along_x, along_y = (np.linspace(low[i], high[i], cells[i] + 1)[1:-1] for i in (0, 1))
+        lines = [[(at, low[1]), (at, high[1])] for at in along_x] + [[(low[0], at), (high[0], at)] for at in along_y]
+        for ends in lines:
+            draw(ends, f"mesh, {cells[0]} × {cells[1]} cells", color=PALE, linewidth=0.25)
+    for ring, names in rings:
+        for name, start, end in zip(names, ring, np.roll(ring, -1, axis=0), strict=True):
+            kind = (plate.get("supports") or {}).get(name, "free")
+            kind = "elastic" if isinstance(kind, Mapping) else str(kind)
+            draw([start, end], f"edge: {kind}", solid_capstyle="butt", **EDGES.get(kind, EDGES["free"]))
+    for addition in plate.get("additions") or []:
+        if "region" in addition:
+            left, right, bottom, upper = 1e3 * np.array(addition["region"])
+            box = [(left, bottom), (right, bottom), (right, upper), (left, upper), (left, bottom)]
+            draw(box, "weakened region", color=COLOURS[3], linewidth=1.2, linestyle="--")
+        elif "mass" in addition and "x" in addition:
+            place = 1e3 * np.array([addition["x"], addition["y"]])
+            draw(place, "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
+        elif "start" in addition and "end" in addition:
+            ends = 1e3 * np.array([addition["start"], addition["end"]])
+            draw(ends, "stiffener", color=COLOURS[3], linewidth=2.5)
+    for number, place in enumerate(1e3 * np.reshape(plate.get("at") or [], (2, -1)).T):
+        words = f"contact at ({place[0]:.4g}, {place[1]:.4g}) mm" if number == point else "other contacts"
+        draw(place, words, **CONTACT, markerfacecolor=COLOURS[1] if number == point else "white")
+    scale = "" if factor == 1.0 else f", drawn × {factor:.2g}"
+    words = f"right: seen along the chain, {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm{scale}"
+    sketch.line([], [], words, linestyle="none")
+    return float(corner[1])
+
+
+def _rings(plate: Mapping[str, Any]) -> list[tuple[Any, list[str]]]:
+    """Return the outline and its holes, with the names of their edges; nothing of a plate without an outline."""
+    if "corners" in plate:
+        outer = 1e3 * np.array(plate["corners"])
+        holes = [1e3 * np.array(hole) for hole in plate.get("holes") or []]
+        edges = list(plate.get("edges") or ["edge"] * len(outer))
+        return [(outer, edges), *((hole, [f"hole {i + 1}"] * len(hole)) for i, hole in enumerate(holes))]
+    if "length" in plate and "width" in plate:
+        a, b = 1e3 * float(plate["length"]), 1e3 * float(plate["width"])
+        return [(np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)]), ["bottom", "right", "top", "left"])]
+    return []
 
 
 def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the width along the chain and height across it, mm."""
-    size = bead.get("size")
-    wide = 2e3 * float(bead.get("radius") or 0.5 * float(size or 0.01))
-    if bead.get("class") not in LONG:
-        return wide if size is None else 1e3 * float(size), wide
-    length, angle = 1e3 * float(bead["length"]), float(bead.get("angle") or 0.0)
+    """Return the width of a bead along the chain and its height across it."""
+    radius, size = bead.get("radius"), bead.get("size")
+    height = 2e3 * float(radius or 0.5 * float(size or 0.01))
+    if bead.get("class") not in ("Cylinder", "Ellipsoid"):
+        return 1e3 * float(size) if size else height, height
+    length = 1e3 * float(bead["length"])
     if bead.get("axis") == "along":
-        return length, wide
-    return wide, max(wide, length * abs(cos(angle)))
+        return length, height
+    return height, max(height, length * abs(cos(bead.get("angle") or 0.0)))
 
 
-def _words(bead: Mapping[str, Any]) -> str:
+def _bead_in_words(bead: Mapping[str, Any]) -> str:
     """Return a bead in words: kind, size and material."""
-    material, kind = bead.get("material"), str(bead.get("class", "bead")).rpartition(".")[2]
-    of = material.get("name") if isinstance(material, Mapping) else None
-    words = [CAPITAL.sub(r" \1", kind).lower()]
+    kind = str(bead.get("class", "bead")).rpartition(".")[2]
+    words = [re.sub(r"(?<!^)([A-Z])", r" \1", kind).lower()]
     if "size" in bead or "radius" in bead:
         words.append(f"{1e3 * float(bead.get('size') or 2.0 * bead['radius']):.4g} mm")
-    if kind in LONG:
-        words[-1] += f" × {1e3 * bead['length']:.4g} mm"
+    if kind in ("Cylinder", "Ellipsoid"):
+        words[-1] += f" × {1e3 * bead['length']:.4g} mm" + " along the chain" * (bead.get("axis") == "along")
     if kind == "HollowSphere":
         words.append(f"wall {1e3 * (bead['radius'] - bead['inner_radius']):.3g} mm")
-    return ", ".join([*words, of] if of else words)
+    return ", ".join([*words, _material(bead)] if isinstance(bead.get("material"), Mapping) else words)
 
 
-def _scale_bar(drawn: Drawn, y: float) -> None:
-    """Draw a bar of a round length below the sketch, left."""
-    drawn.ax.autoscale_view()
-    left, right = drawn.ax.get_xlim()
-    length = next((mm for mm in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if mm < 0.25 * (right - left)), 1.0)
-    drawn.ax.plot([left, left + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt")
-    drawn.text(left + length, y, f" {length:g} mm", ha="left", va="center")
+def _material(data: Any) -> str:
+    material = data.get("material")
+    if not isinstance(material, Mapping):
+        return "several plies" if material is None else "a material"
+    if material.get("plies"):
+        return ", ".join(dict.fromkeys(map(_material, material["plies"])))
+    if not material.get("name") and "youngs_modulus" in material:
+        return f"E = {1e-9 * float(material['youngs_modulus']):.4g} GPa"
+    return str(material.get("name") or "a material")

@@ -1,6 +1,5 @@
 """Plots of AR and TOF over a parameter of a sweep, with the reasons for missing values."""
 
-from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,9 +21,7 @@ MEASURES = {
     "amplitude_ratio": ("amplitude ratio AR", 1.0, amplitude_ratio),
     "time_of_flight": ("time of flight TOF (µs)", 1e6, time_of_flight),
 }
-
 MARKERS = ("o", "s", "^", "D", "v", "P")
-
 MOST_CURVES = len(COLOURS)
 
 
@@ -41,10 +38,9 @@ def swept(
     Parameters
     ----------
     runs : Dataset
-        What `sweep` or `batch` returned, over one or two parameters; or a Dataset with the variable `amplitude_ratio`
-        or `time_of_flight`, such as a sweep with `measure=`.
+        Of `sweep` or `batch`, over one or two parameters, with forces or with the variable that `measure` names.
     sensor : int, optional
-        A bead, 1 to N from the struck end. Runs need it.
+        A bead, 1 to N from the struck end; needed where the Dataset holds forces.
     measure : {"amplitude_ratio", "time_of_flight"}
         What to draw.
     over : str, optional
@@ -66,9 +62,7 @@ def swept(
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 14, bead, impact_speed=0.1)
+    >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 14, hl.Sphere(4.76e-3, hl.STEEL_440C), 0.1)
     >>> def against(modulus):
     ...     return hl.CoSimulation(chain, hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
     >>> runs = hl.sweep(against, until=1.2e-3, jobs=1, modulus=[2e9, 5e9, 20e9])
@@ -84,27 +78,40 @@ def swept(
             f"runs: has the parameters {', '.join(axes) or 'none'}; must have one or two, choose others with runs.sel"
         )
     along = axes[0] if over is None else one_of("over", over, axes)
-    curves = [axis for axis in axes if axis != along]
-    if curves and values.sizes[curves[0]] > MOST_CURVES:
+    others = [axis for axis in axes if axis != along]
+    count = values.sizes[others[0]] if others else 1
+    if count > MOST_CURVES:
         raise ValueError(
-            f"runs: {curves[0]} has {values.sizes[curves[0]]} values, which make as many curves; choose at most "
-            f"{MOST_CURVES} with runs.sel, or take over={curves[0]!r}"
+            f"runs: {others[0]} has {count} values, which make as many curves; choose at most {MOST_CURVES} with "
+            f"runs.sel, or take over={others[0]!r}"
         )
-    missing = _reasons(runs, values, sensor, wave)
+
+    is_number = values[along].dtype.kind in "iuf"
+    x = parameter(values[along])[0] * values[along].values if is_number else np.arange(values.sizes[along])
     ax = axes_for(ax)
-    x, label = _places(values[along])
-    for number, (words, curve, places) in enumerate(_curves(values, along, curves)):
-        style = "-" if values[along].dtype.kind in "iuf" else "none"
+    for number in range(count):
+        at = {others[0]: number} if others else {}
+        curve = values.isel(at)
+        label = f"{wave} wave" + f" at bead {sensor}" * bool(sensor)
+        if others:
+            value, (scale, unit) = values[others[0]].values[number], parameter(values[others[0]])
+            label = str(value)
+            if np.isreal(value):
+                label = f"{words_of(values[others[0]])} {scale * value:.4g} {unit}".rstrip()
         ax.plot(
-            x, factor * curve, MARKERS[number], linestyle=style, color=COLOURS[number], markersize=4.0, linewidth=1.1,
-            label=words or (f"{wave} wave at bead {sensor}" if sensor else f"{wave} wave"),
+            x, factor * curve.values, MARKERS[number], linestyle="-" if is_number else "none", color=COLOURS[number],
+            markersize=4.0, linewidth=1.1, label=label,
         )  # fmt: skip
-        gaps = [place for place in places if place in missing]
-        if gaps:
-            mark_missing(
-                ax, [x[place[axes.index(along)]] for place in gaps], number, label=_counted(gaps, missing, wave)
-            )
-    if values[along].dtype.kind not in "iuf":
+        gaps = np.flatnonzero(np.isnan(curve.values))
+        if gaps.size:
+            reasons = [_reason(runs.isel({along: int(gap), **at}), sensor, wave) for gap in gaps]
+            # Reasons that differ in numbers only stand once, with the greatest last number: that of the longest record.
+            kinds: dict[str, list[str]] = {}
+            for reason in reasons:
+                kinds.setdefault(NUMBER.sub("#", reason), []).append(reason)
+            texts = [f"{max(kind, key=_last_number)} ({count_of(len(kind), 'point')})" for kind in kinds.values()]
+            mark_missing(ax, x[gaps], number, label=f"no {wave} wave: {'; '.join(texts)}")
+    if not is_number:
         ax.set_xticks(x, [plain(str(value)) for value in values[along].values])
     elif len(x) > 2 and np.all(x > 0.0) and x.max() > 20.0 * x.min():
         ax.set_xscale("log")
@@ -113,8 +120,8 @@ def swept(
         ax.set_yticks([])
     elif measure == "amplitude_ratio":
         from_zero(ax)
-    styled(ax, label, name)
-    legend_below(ax, f"{wave} wave" if curves else "")
+    styled(ax, label_of(values[along]), name)
+    legend_below(ax, f"{wave} wave" if others else "")
     return ax
 
 
@@ -152,13 +159,6 @@ def parameter(values: xr.DataArray) -> tuple[float, str]:
     return handy(values.values, unit) if values.dtype.kind in "iuf" else (1.0, "")
 
 
-def _places(values: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Return where points lie on the horizontal axis, and its label; names lie at 0, 1, 2."""
-    if values.dtype.kind not in "iuf":
-        return np.arange(values.size, dtype=float), words_of(values)
-    return parameter(values)[0] * values.values.astype(float), label_of(values)
-
-
 def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataArray:
     """Return the measure over the parameters."""
     data = instance("runs", runs, xr.Dataset, "the Dataset of a sweep")
@@ -179,31 +179,8 @@ def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataAr
     return MEASURES[measure][2](data, sensor, wave)
 
 
-def _curves(values: xr.DataArray, along: str, others: list[str]) -> Iterator[tuple[str, Any, list[tuple[int, ...]]]]:
-    """Yield the words, values and places of each curve."""
-    axes = [str(axis) for axis in values.dims]
-    count = values.sizes[along]
-    if not others:
-        yield "", values.values, [(i,) for i in range(count)]
-        return
-    factor, unit = parameter(values[others[0]])
-    for number, name in enumerate(values[others[0]].values):
-        words = f"{words_of(values[others[0]])} {factor * name:.4g} {unit}" if np.isreal(name) else str(name)
-        places: list[tuple[int, ...]] = [(i, number) if axes[0] == along else (number, i) for i in range(count)]
-        yield words.strip(), values.isel({others[0]: number}).values, places
-
-
-def _reasons(runs: xr.Dataset, values: xr.DataArray, sensor: int | None, wave: str) -> dict[tuple[int, ...], str]:
-    """Return why a wave is missing, by the place of the point."""
-    reasons: dict[tuple[int, ...], str] = {}
-    for at in zip(*np.nonzero(np.isnan(values.values)), strict=True):
-        place = tuple(int(i) for i in at)
-        point = runs.isel(dict(zip(map(str, values.dims), place, strict=True)))
-        reasons[place] = _reason(point, sensor, wave)
-    return reasons
-
-
 def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
+    """Return why a point has no such wave."""
     for name in ("error", "reason"):
         if name in point and str(point[name].values):
             return str(point[name].values)
@@ -214,16 +191,5 @@ def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
     return str(missing.reason) if isinstance(missing, NoWave) else "no such wave was found"
 
 
-def _counted(gaps: list[tuple[int, ...]], missing: Mapping[tuple[int, ...], str], wave: str) -> str:
-    """Return the reasons of missing values in words, each kind once, with the number of its points.
-
-    Of reasons that differ in numbers only, the one with the greatest last number is shown: the longest record.
-    """
-    kinds: dict[str, list[str]] = {}
-    for place in gaps:
-        kinds.setdefault(NUMBER.sub("#", missing[place]), []).append(missing[place])
-    texts = []
-    for reasons in kinds.values():
-        shown = max(reasons, key=lambda reason: [float(number[0]) for number in NUMBER.finditer(reason)][-1:])
-        texts.append(f"{shown} ({count_of(len(reasons), 'point')})")
-    return f"no {wave} wave: " + "; ".join(texts)
+def _last_number(text: str) -> float:
+    return max([float(number[0]) for number in NUMBER.finditer(text)][-1:], default=0.0)

@@ -1,4 +1,4 @@
-"""Plots of one run or signal: forces with their waves, the chain over time, the spectrum and the energies."""
+"""Plots of one run or signal: forces with their waves, the chain over time, and the energies."""
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -20,26 +20,16 @@ if TYPE_CHECKING:
 
 WAVE_MARKERS = {"incident": "v", "primary": "o", "secondary": "s"}
 
-MAP_COLUMNS = 1200
-"""A map of forces has at most this number of columns; each shows the greatest force in its time."""
+MAP_COLUMNS = 1200  # at most of a map of forces; each shows the greatest force in its time
+WEAK = 0.5  # Colours of a map follow this power of the force, so that an echo of 1 % of the greatest force can be seen
 
-WEAK = 0.5
-"""Colours of a map follow this power of the force, so that an echo of 1 % of the greatest force can be seen."""
-
-SPECTRUM_ENDS = 1e-2
-"""A spectrum is shown up to the highest frequency at which it exceeds this part of its peak."""
-
-FINER = 8
-"""A spectrum is computed at this many times more frequencies than samples, which shows it as a smooth curve."""
-
-ENERGIES = {
+ENERGIES = {  # of a run, in words
     "kinetic_energy": "motion of striker and beads",
     "contact_energy": "contacts, gravity and preload of the chain",
     "dissipated_energy": "lost in the chain",
     "structure_energy": "in the structure",
     "structure_dissipated_energy": "lost in the structure's damping",
 }
-"""The energies of a run, in words."""
 
 
 def traces(
@@ -57,8 +47,7 @@ def traces(
     ax : Axes, optional
         Where to draw; by default on a new figure.
     spreads : mapping, optional
-        Of a run of `sensitivities`: the standard uncertainty of each parameter, as `uncertainty` takes it: in SI units,
-        or "0.01 mm", or "2 %". A band shows the standard uncertainty of the force that follows.
+        Of a run of `sensitivities`: standard uncertainties as of `uncertainty`; a band shows that of the force.
 
     Returns
     -------
@@ -72,9 +61,7 @@ def traces(
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 16, None, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
     >>> axes = hl.plots.traces(run, sensors=8)
     >>> print(axes.get_xlabel(), axes.get_ylabel(), sep="; ")
@@ -82,7 +69,10 @@ def traces(
     """
     reading = Reading(run)
     numbers = sensors_of(reading, sensors)
-    forces = [_one_force(reading, number) for number in numbers]
+    forces = [sensor_force(run, number) for number in numbers]
+    if axes := [str(axis) for axis in forces[0].dims if axis != "time"]:
+        what = "chain" if axes == ["chain"] else "run"
+        raise ValueError(f"run: has the axes {', '.join(axes)}; choose one {what} with run.isel({axes[0]}=0)")
     ax = axes_for(ax)
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
         colour = COLOURS[place % len(COLOURS)]
@@ -132,9 +122,7 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 16, None, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
     >>> hl.plots.contact_map(run).get_ylabel()
     'contact, 1 at the struck end'
@@ -165,59 +153,6 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
-def spectrum(run: xr.Dataset, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the amplitude spectrum of the force at a sensor.
-
-    Parameters
-    ----------
-    run : Dataset
-        One run, or a measured signal.
-    sensor : int, optional
-        A bead, 1 to N from the struck end; by default the middle bead of a run, the first of a signal.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Returns
-    -------
-    Axes
-        Frequency in kHz, and ``|∫ F exp(-2πi f t) dt|`` in N/kHz, without a window. It ends where it has fallen to a
-        hundredth of its peak.
-
-    Raises
-    ------
-    ValueError
-        For a sweep, a sensor that the Dataset does not hold, unequal steps of time, and clipped samples (NaN).
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
-    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
-    >>> hl.plots.spectrum(run, sensor=8).get_xlabel()
-    'frequency (kHz)'
-    """
-    reading = Reading(run)
-    number = sensors_of(reading, sensor)[0]
-    force = _one_force(reading, number)
-    time, values = force.time.values, force.values
-    if time.size < 4 or not np.allclose(np.diff(time), (time[-1] - time[0]) / (time.size - 1), rtol=1e-3):
-        raise ValueError("run: needs four times or more at equal steps for a spectrum")
-    if not np.isfinite(values).all():
-        raise ValueError(f"run: sensor {number} has clipped samples (NaN); a spectrum needs all of them")
-    step = float(time[-1] - time[0]) / (time.size - 1)
-    count = FINER * time.size
-    amplitude, frequency = step * np.abs(np.fft.rfft(values, count)), np.fft.rfftfreq(count, step)
-    ax = axes_for(ax)
-    ax.plot(1e-3 * frequency, 1e3 * amplitude, color=COLOURS[0], linewidth=1.1, label=f"force at bead {number}")
-    loud = np.flatnonzero(amplitude > SPECTRUM_ENDS * amplitude.max(initial=0.0))
-    ax.set_xlim(0.0, 1e-3 * frequency[loud[-1] if loud.size and loud[-1] else -1])
-    ax.set_ylim(bottom=0.0)
-    styled(ax, "frequency (kHz)", "amplitude of the force (N/kHz)")
-    ax.legend(frameon=False)
-    return ax
-
-
 def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     """Draw where the energy of a run is over time, and its sum.
 
@@ -231,9 +166,8 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     Returns
     -------
     Axes
-        Time in µs, energies in mJ or another handy unit. The legend states by how much the sum changes. Work of a
-        piston or a force history is part of the sum. If the energy of a structure is unknown, the work done on it
-        replaces its energy.
+        Time in µs, energies in a handy unit. Work of a piston or a force history is part of the sum. Where the energy
+        of a structure is unknown, the work done on it replaces it.
 
     Raises
     ------
@@ -242,9 +176,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 16, None, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
     >>> print(hl.plots.energy(run).get_ylabel())
     energy (µJ)
@@ -265,15 +197,6 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     styled(ax, "time (µs)", f"energy ({unit})")
     legend_below(ax)
     return ax
-
-
-def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
-    """Return the force at a sensor; raise a ValueError where the Dataset holds several runs, chains or signals."""
-    force = sensor_force(reading.data, sensor)
-    if axes := [str(axis) for axis in force.dims if axis != "time"]:
-        what = "chain" if axes == ["chain"] else "run"
-        raise ValueError(f"run: has the axes {', '.join(axes)}; choose one {what} with run.isel({axes[0]}=0)")
-    return force
 
 
 def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, float | str]) -> Vector:

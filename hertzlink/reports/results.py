@@ -3,7 +3,6 @@
 import json
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import islice, product
@@ -68,10 +67,6 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
         if is_run and not Reading(one).at_sensors:
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
             page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
-        words = f"Amplitude spectrum of the force at bead {numbers[0]}{who}."
-        with suppress(ValueError):  # of clipped samples, which the table names
-            spectrum = partial(traces.spectrum, one, numbers[0])
-            page.pictures.append(drawn(f"spectrum{name}", words, spectrum, folded=True))
         rows = [row for number in numbers for row in wave_rows(one, number)]
         if fresh is not None:
             rows += [row for number in numbers for row in wave_rows(fresh, number, ", fresh spot")]

@@ -14,7 +14,6 @@ from scipy.integrate import simpson
 
 import hertzlink as hl
 from coupling.plots.motion import known_motion
-from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.laws.axisymmetric import computed_law
 
 STEEL = hl.STEEL_316
@@ -76,21 +75,6 @@ def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
     touching = force > 0.5
     assert touching.sum() > 4
     assert gap[touching] == pytest.approx(np.zeros(touching.sum()), abs=3e-3 * approach.max())
-
-
-@pytest.mark.thorough
-def test_poles_of_free_beads_are_those_of_the_participant(run: xr.Dataset) -> None:
-    """Where nothing touches them: the modes alone, and the rigid motion."""
-    time = float(run.time[-1])
-    motion = hl.plots.motion(run, CHAIN, time, [1, 6])
-    moving = moving_chain(CHAIN, None)
-    assert isinstance(moving, MovingDeformableChain)
-    amplitude, last = run.vibration_amplitude.values[-1:].reshape(1, -1), run.isel(time=[-1])
-    _, far = moving.poles(np.concatenate([last.displacement.values, amplitude], axis=1))
-    assert float(run.contact_force[-1, 6]) == 0.0
-    assert pole(motion, CHAIN, 6, "far") == pytest.approx(far[:, 6], rel=1e-3)
-    deformed = abs(far[0, 6] - float(last.displacement[0, 6]))
-    assert pole(motion, CHAIN, 6, "far") == pytest.approx(far[:, 6], abs=0.1 * deformed)
 
 
 @pytest.mark.thorough
@@ -228,13 +212,10 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
     ("given", "message"),
     [
         ({"times": [7e-5]}, "times = [7e-05]: must lie in the run, between 0 and 6e-05 s"),
-        ({"times": [2e-5, 1e-5]}, "must increase by the"),
-        ({"times": []}, "times = []: must be one time in s, or several"),
         ({"beads": 7}, "beads = 7: must be different numbers from 0 to 6"),
         ({"beads": [-1]}, "beads = -1: must be a whole number, 0 or more"),
         ({"beads": [2, 2]}, "beads = [2, 2]: must be different numbers"),
         ({"beads": []}, "beads = []: must be a list of numbers"),
-        ({"beads": "all"}, "beads = 'all': must be a list of numbers"),
         ({"body": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the Structure or the DeformableChain that was run"),
         ({"body": replace(CHAIN, beads=[BEAD] * 5)}, "body: has 5 beads, that of the run 6"),
         ({"body": replace(CHAIN, modes=7)}, "body: has modes = 7, that of the run 8"),
@@ -243,16 +224,8 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
             "body: is not that of the run: striker.radius = 0.00238 there and 0.002 here; give the one that was run",
         ),
         ({"body": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "beads[0].material.youngs_modulus ="),
-        ({"body": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "and 27 more; give the one that was"),
-        ({"body": replace(CHAIN, striker=hl.Sphere(BEAD.radius, hl.PTFE))}, "striker.material.youngs_modulus = "),
         ({"body": replace(CHAIN, impact_speed=0.4)}, "impact_speed = 0.5 there and 0.4 here"),
-        (
-            {"body": replace(CHAIN, law=hl.laws.PowerLaw(1e9))},
-            "law = None there and {'class': 'PowerLaw', 'stiffness': 1000000000.0, '… here",
-        ),
         ({"body": replace(CHAIN, dissipation=hl.LinearDashpot(0.1))}, "dissipation = None there and "),
-        ({"body": replace(CHAIN, gravity=9.81)}, "gravity = 0.0 there and 9.81 here"),
-        ({"body": replace(CHAIN, preload=1.0)}, "preload = 0.0 there and 1.0 here"),
         ({"structure": "wall"}, "structure = 'wall': must be a Structure, a Surface or None"),
         ({"structure": ROD}, "must be None, as nothing was there in the run"),
         ({"behind": hl.Surface(STEEL)}, "must be None, as nothing was there in the run"),

@@ -118,10 +118,7 @@ def test_what_sensors_do_not_hold_is_named(call: Callable[[], object], message: 
         call()
 
 
-@pytest.mark.parametrize(
-    "picture",
-    [hl.plots.setup, hl.plots.traces, lambda one: hl.plots.spectrum(one, 7)],
-)
+@pytest.mark.parametrize("picture", [hl.plots.setup, hl.plots.traces])
 def test_pictures_of_sensors(picture: Callable[[xr.Dataset], Any]) -> None:
     assert picture(run(7)) is not None
     plt.close("all")

@@ -219,11 +219,8 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
         ),
         ({"path": "no/a.png"}, "its folder does not exist"),
         ({"time": 1.0}, r"time = 1\.0: must lie between 6.*e-05 and 0\.0002 s"),
-        ({"time": float("nan")}, "time = nan"),
         ({"show": "stress"}, r"show = 'stress': must be one of 'von_mises', 'displacement'"),
-        ({"show": "displacemen"}, "did you mean 'displacement'"),
         ({"factor": -1.0}, r"factor = -1\.0: must be zero or a positive number"),
-        ({"highest": 0.0}, r"highest = 0\.0: must be a positive number of Pa"),
     ],
 )
 def test_pictures_that_cannot_be_drawn(

@@ -75,10 +75,10 @@ def test_report_of_a_run(tmp_path: Path) -> None:
     ratio, flight = hl.reflections(run(), 6).primary.texts
     assert page.text["p"][0].startswith(f"At bead 6 the primary wave has AR {ratio} and TOF {flight} µs")
     assert page.text["p"][1].startswith("AR, the amplitude ratio, is")
-    # Set-up, forces, map; folded are the spectrum and the energy.
+    # Set-up, forces, map; folded is the energy.
     shown = [" ".join(words.split()) for words in page.text["figcaption"]]
     assert shown[:2] == ["The set-up to scale.", "Force at beads 6, 7, and its waves."]
-    assert len(shown) == 5
+    assert len(shown) == 4
     assert any("base: fixed" in words and EVIL.split()[0] in words for words in page.images)
     assert "12.3 s" in page.text["dd"]
     assert any("hertzlink" in one for one in page.text["dd"])
