@@ -17,7 +17,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE = "#222222", "#8a8a8a"
 WIDTH, HEIGHT = 6.4, 4.0  # of a figure, inches
 SMALL = 8.5  # letters of legends and notes, points
-LETTERS_PER_INCH, ROW = 12.2, 0.19  # of a legend: letters in an inch, height of a line in inches
+LETTERS_PER_INCH, ROW = 12.2, 0.2  # of a legend: letters in an inch, height of a line in inches
 UNDER = 0.48  # height of the numbers and the label below axes, inches
 MARK = "hertzlink"  # the name of figures that the plots made, and may resize
 

@@ -15,7 +15,7 @@ from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.deformable_chain import DeformableChain
 from particles.kernels import drives
-from structures.checks import count_of, instance, listed, short, whole
+from structures.checks import count_of, each, finite, instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, known_field
@@ -278,12 +278,10 @@ class _ChainOfRun:
         """Return the radius of a contact circle of a bead, m, by Hertz; it grows with the cube root of the force."""
         neighbour = contact if contact < number else contact + 1
         body: Bead | None = self.bodies[neighbour] if neighbour < len(self.bodies) else None
-        facing = body.surface if body is not None else None
-        if facing is None and neighbour == 0:
-            facing = self.chain.excitation.faces(self.chain.beads[0])
-        if facing is None:
-            name = "behind" if neighbour == 0 else "structure"
-            facing = self.ends[name]
+        name = "behind" if neighbour == 0 else "structure"
+        facing = body.surface if body is not None else self.ends[name]
+        if body is None and neighbour == 0:
+            facing = self.chain.excitation.faces(self.chain.beads[0]) or facing
         if facing is None:
             raise ValueError(f"{name} = None: must be what bead {number} touches, a Structure or a Surface")
         surface = self.bodies[number].surface
@@ -310,11 +308,8 @@ def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advic
 
 def _nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
     """Return the rows of the saved times nearest to the requested ones, which must increase."""
-    try:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    except (TypeError, ValueError):
-        wanted = np.zeros(0)
-    if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
+    wanted = np.atleast_1d(each(finite, "times", times, "s"))  # type: ignore[arg-type]
+    if wanted.ndim != 1 or not wanted.size:
         raise ValueError(f"times = {times!r}: must be one time in s, or several")
     first, last = float(moments[0]), float(moments[-1])
     late = TIME_ROUNDING * last
@@ -322,9 +317,9 @@ def _nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
         raise ValueError(f"times = {times!r}: must lie in the run, between {first:.6g} and {last:.6g} s")
     rows = np.rint(np.interp(wanted, moments, np.arange(moments.size))).astype(np.intp)
     if (np.diff(rows) <= 0).any():
+        step = moments[1] - first
         raise ValueError(
-            f"times = {times!r}: must increase by the {moments[1] - first:.3g} s between saved times or more; "
-            "take fewer"
+            f"times = {times!r}: must increase by the {step:.3g} s between saved times or more; take fewer"
         )
     return np.asarray(rows)
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_BEADS, FIRST_BEADS, LAST_BEADS = 30, 6, 12  # a chain of more beads is drawn without its middle
-BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc")  # of the kinds that the legend names, the others are white
+BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc", "#c3b8a6", "#b8ccc6")  # of named kinds; others are white
 LAYER_COLOURS = ("#9fb4c7", "#f0e2b6", "#c7a58f", "#b5cda3", "#cdb7d6", "#d9d9d9")
 SPACE = 26.0  # drawn depth and half-height of what has no ends
 LAST, FIRST = END_NAMES
@@ -93,7 +93,7 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
         bottom = _draw_row(sketch, name, chain, faced, bottom) - 6.0
 
     ax = sketch.ax
-    ax.set_aspect("equal")
+    ax.set_aspect("equal", anchor="N")
     ax.set_axis_off()
     ax.autoscale_view()
     left, right = ax.get_xlim()
@@ -103,7 +103,7 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     ax.margins(0.02)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     width = float(ax.get_figure(root=True).get_figwidth())  # type: ignore[union-attr]
-    legend_below(ax, "", sketch.entries, 2.0 * ROW + width * (high - low) / (right - left), 0.5 * ROW)
+    legend_below(ax, "", sketch.entries, 3.0 * ROW + width * (high - low) / (right - left), 0.5 * ROW)
     return ax
 
 
@@ -193,7 +193,7 @@ def _draw_beads(sketch: _Sketch, beads: list[Any], y: float) -> float:
 
     kinds = Counter(map(_bead_in_words, beads))
     named = {words: f"{count} × {words}" for words, count in list(kinds.items())[: len(BEAD_COLOURS)]}
-    others = count_of(len(kinds) - len(named), "other kind of beads", "other kinds of beads")
+    others = count_of(len(kinds) - len(named), "other kind of bead", "other kinds of beads")
     hidden = len(beads) - FIRST_BEADS - LAST_BEADS if len(beads) > MOST_BEADS else 0
     shown = beads[:FIRST_BEADS] + beads[-LAST_BEADS:] if hidden else beads
     gap = 2.0 * _size(shown[0])[0] if hidden else 0.0

@@ -26,13 +26,9 @@ MOST_CURVES = len(COLOURS)
 
 
 def swept(
-    runs: xr.Dataset,
-    sensor: int | None = None,
-    measure: str = "amplitude_ratio",
-    over: str | None = None,
-    wave: str = "primary",
-    ax: "Axes | None" = None,
-) -> "Axes":
+    runs: xr.Dataset, sensor: int | None = None, measure: str = "amplitude_ratio", over: str | None = None,
+    wave: str = "primary", ax: "Axes | None" = None,
+) -> "Axes":  # fmt: skip
     """Draw AR or TOF over a parameter of a sweep; the reasons for missing values stand in the legend.
 
     Parameters
