@@ -239,7 +239,7 @@ def _draw_striker(sketch: _Sketch, chain: Mapping[str, Any], x: float, y: float)
 
 def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float) -> float:
     """Draw a structure from the side, whose face is at x, to the right or to the left; return its far end."""
-    data = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
+    data: Mapping[str, Any] = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
     kind = str(data.get("kind", "structure"))
     of = f" of {_material(data)}" if data.get("material") else ""
     if "thickness" in data:
@@ -311,8 +311,7 @@ def _draw_front(sketch: _Sketch, plate: Mapping[str, Any], point: int, x: float,
             place = 1e3 * np.array([addition["x"], addition["y"]])
             draw(place, "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
         elif "start" in addition and "end" in addition:
-            ends = 1e3 * np.array([addition["start"], addition["end"]])
-            draw(ends, "stiffener", color=COLOURS[3], linewidth=2.5)
+            draw(1e3 * np.array([addition["start"], addition["end"]]), "stiffener", color=COLOURS[3], linewidth=2.5)
     for number, place in enumerate(1e3 * np.reshape(plate.get("at") or [], (2, -1)).T):
         words = f"contact at ({place[0]:.4g}, {place[1]:.4g}) mm" if number == point else "other contacts"
         draw(place, words, **CONTACT, markerfacecolor=COLOURS[1] if number == point else "white")
