@@ -25,7 +25,6 @@ from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, Quantity
 from structures.reduction import reduce as reduce_structure
 from structures.structure import Structure
-from structures.unmeshed import as_struck
 
 log = logging.getLogger("hertzlink.cosimulation")
 
@@ -262,7 +261,7 @@ class CoSimulation:
                     return [smaller(one) for one in facing]
                 if isinstance(facing, ContactPoint):
                     return ContactPoint(smaller(facing.structure), facing.number)
-                struck = as_struck(facing) if isinstance(facing, Structure) else getattr(facing, "structure", None)
+                struck = facing if isinstance(facing, Structure) else getattr(facing, "structure", None)
                 return bodies.get(id(struck), facing)
 
             made = self.replace(**{name: smaller(self._given[name]) for name in ("structure", "behind")})

@@ -29,7 +29,6 @@ Wall: TypeAlias = Material | Laminate | Section
 # An outline, or a flat mesh: the path of a file, or a meshio.Mesh.
 PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
 HELD = Asks('a table such as { left = "clamped" }')
-MERGE = Asks("points of the mesh that lie closer become one")
 TAGS = Asks("the data of the mesh that number its sides")
 MOST_CELLS = 200_000  # Cells of a uniform mesh: some 5 GB in Mindlin's theory
 # Default and largest radius of a patch, in thicknesses. With two the amplitude ratio is some 0.5 % off, with three 3 %.
@@ -151,7 +150,6 @@ def mindlin_panel(
     highest_frequency: Frequency | None = None,
     additions: Sequence[Addition] = (),
     scale: Scale | None = None,
-    merge: Annotated[Length, MERGE] | None = None,
     tags: Annotated[str, TAGS] | None = None,
 ) -> Plate:
     """A plate of any shape in Mindlin's theory, on triangles or quadrilaterals of order 4.
@@ -167,7 +165,7 @@ def mindlin_panel(
         How edges are held, by name: {"rim": "clamped"}; others are free. Names are the outline's, or the mesh's tags:
         names and numbers of gmsh's physical groups of lines, sets of points. Polygons of curves (sides that meet at
         less than 30°) are held on the curve: a simple circle of 96 corners is good to 0.1 %.
-    scale, merge, tags
+    scale, tags
         As of `solid`.
 
     Returns
@@ -184,7 +182,7 @@ def mindlin_panel(
     held = instance("supports", supports or {}, Mapping, 'a dictionary such as {"rim": "clamped"}, by name of edge')
     wall = section_of(thickness, material, shear_correction)
     if isinstance(shape, Outline):
-        for name, value in (("scale", scale), ("merge", merge), ("tags", tags)):
+        for name, value in (("scale", scale), ("tags", tags)):
             if value is not None:
                 raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
         for edge in held:
@@ -192,7 +190,7 @@ def mindlin_panel(
     elif isinstance(shape, tuple | list):
         raise ValueError(f"shape = {short(shape)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
     else:
-        shape = FlatMesh(shape, wall.thickness, scale, merge, tags)
+        shape = FlatMesh(shape, wall.thickness, scale, tags)
         for edge in held:
             shape.check_edge(edge)
     element, made_of = _mindlin(wall, patch_radius), _one_material(material)

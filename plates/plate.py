@@ -1,6 +1,8 @@
 """Plates: a Plate holds shape, wall, supports and element; `plate.at(x, y)` is the structure struck there."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from math import ceil, sqrt
@@ -31,7 +33,6 @@ from structures.meshes.mesh_reading import Tag
 from structures.structure import Structure
 from structures.surface import Surface
 from structures.units import readable
-from structures.unmeshed import Unmeshed, is_unmeshed
 
 MOST = 2_000_000  # Degrees of freedom that may be assembled: they fill some 10 GB
 MANY = 100_000  # Degrees of freedom beyond which a warning announces minutes and gigabytes; 100 000 reduce in some 15 s
@@ -40,6 +41,24 @@ THICK = 0.1  # Thickness, in units of the shorter side, above which shear matter
 ROUNDING = 1e-9  # Part of a force below which it counts as zero
 BUCKLES = 8.0  # Waves along the shorter side that the mesh for buckling resolves: the first mode has about half of one
 SHOWN = 6  # Edges that the text of a plate shows
+
+# What answers in place of the mesh of a plate that is struck, where something does
+_ANSWERS: ContextVar[Callable[["Plate", list[Contact]], Structure | None] | None] = ContextVar("answers", default=None)
+
+
+@contextmanager
+def answered_by(answer: Callable[["Plate", list[Contact]], Structure | None]) -> Iterator[None]:
+    """Let `Plate.at` return what `answer` returns of the plate and its contacts; where that is None, its mesh."""
+    before = _ANSWERS.set(answer)
+    try:
+        yield
+    finally:
+        _ANSWERS.reset(before)
+
+
+def are_meshed() -> bool:
+    """Return whether plates that are struck now make their own mesh."""
+    return _ANSWERS.get() is None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,9 +216,8 @@ class Plate:
         contacts = contacts_at(x, y, face)
         origin = self.data(contacts)
         surface = one_or_all([Surface(self.wall(contact.face).struck) for contact in contacts])
-        if is_unmeshed():
-            again = partial(self.at, x, y, face)
-            return Unmeshed(body=self, place=contacts, make=again, surface=surface, origin=origin)
+        if (answer := _ANSWERS.get()) is not None and (structure := answer(self, contacts)) is not None:
+            return structure
 
         # First without the refinement at the contact, before it is made.
         self._check_size(self.element.unknowns * self.shape.area / self._cells.coarsest**2)

@@ -8,13 +8,13 @@ from contextvars import ContextVar
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parent.parent
+# Where the frames of hertzlink's own code begin: a warning must name the line of the user's code that caused it
 OWN_CODE = tuple(str(HOME / place) for place in ("structures/", "particles/", "plates/", "coupling/", "hertzlink/"))
-"""Where the frames of hertzlink's own code begin: a warning must name the line of the user's code that caused it."""
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
+# Files of frames that no user wrote: also of decorators, and of an __init__ that dataclasses generate
 BETWEEN = (*OWN_CODE, contextlib.__file__, "<string>")
-"""Files of frames that no user wrote: also of decorators, and of an __init__ that dataclasses generate."""
 
 
 class HertzlinkWarning(UserWarning):

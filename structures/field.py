@@ -14,26 +14,17 @@ Whole = NDArray[np.int64]
 
 
 class Grid(NamedTuple):
-    """The points and cells of a drawn field.
+    """The points and cells of a drawn field; a point where materials meet appears for each, because stress jumps."""
 
-    points: p × 3, m. A point where two materials meet appears twice, once for each material, because stress jumps
-    there. cells: c × corners, in VTK's order. kind: meshio's name of their type, such as "quad9". part: the number of
-    the material of each cell. revolution: whether the points lie in the half-plane (r, 0, −z) of a body of revolution.
-    """
-
-    points: Numbers
-    cells: Whole
-    kind: str
-    part: Whole
-    revolution: bool
+    points: Numbers  # p × 3, m
+    cells: Whole  # c × corners, in VTK's order
+    kind: str  # meshio's name of their type, such as "quad9"
+    part: Whole  # the number of the material of each cell
+    revolution: bool  # whether the points lie in the half-plane (r, 0, −z) of a body of revolution
 
 
 class Sampler(Protocol):
-    """What a theory gives of its body: points and cells, and at them what belongs to degrees of freedom u.
-
-    Displacement, p × 3, m, and stress, p × 6, Pa (xx, yy, zz, xy, yz, xz), are linear in u; stiffness_parts is the part
-    of each layer or material.
-    """
+    """What a theory gives of its body, for a Field to evaluate; displacement and stress are linear in u."""
 
     @property
     def grid(self) -> Grid: ...
@@ -49,14 +40,12 @@ class Sampler(Protocol):
 class Field:
     """The fields of a Structure. It builds its Sampler at the first evaluation and keeps it.
 
-    make: returns the Sampler. count: number of degrees of freedom of the body. basis: count × vectors, for a reduced
-    structure, whose u are the coefficients of the vectors. u may be longer than `size`: the entries that follow belong
-    to Maxwell arms, not to the body.
+    u may be longer than `size`: the entries that follow belong to Maxwell arms, not to the body.
     """
 
     make: Callable[[], Sampler] = field(repr=False)
-    count: int
-    basis: Numbers | None = field(default=None, repr=False)
+    count: int  # degrees of freedom of the body
+    basis: Numbers | None = field(default=None, repr=False)  # count × vectors, of which u are the coefficients
 
     @cached_property
     def sampler(self) -> Sampler:
@@ -78,10 +67,7 @@ class Field:
         return self.sampler.displacement(self._of_body(u))
 
     def stress(self, u: Numbers) -> Numbers:
-        """Return the elastic stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
-
-        At each point it is the mean over the adjacent cells of one material, without dashpots and Maxwell arms.
-        """
+        """Return the elastic stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz."""
         return self.sampler.stress(self._of_body(u))
 
     def von_mises(self, u: Numbers) -> Numbers:
@@ -98,7 +84,6 @@ class Field:
         return replace(self, basis=vectors if self.basis is None else self.basis @ vectors)
 
     def _of_body(self, u: Numbers) -> Numbers:
-        """Return the degrees of freedom of the body from those of the structure at one moment."""
         values = np.asarray(u, dtype=float)
         if values.ndim != 1 or values.size < self.size:
             raise ValueError(f"u has shape {values.shape}: must be ({self.size},), one moment's degrees of freedom")

@@ -6,24 +6,23 @@ from contextvars import ContextVar
 from math import ceil, log2
 from typing import NamedTuple
 
+# Hz, the default that meshes resolve. Contacts of steel beads of 4 to 20 mm diameter last 12 to 110 µs and excite
+# little above.
 HIGHEST_FREQUENCY = 40.0e3
-"""Hz, the default that meshes resolve. Contacts of steel beads of 4 to 20 mm diameter last 12 to 110 µs and excite
-little above."""
 
+# s. Usual defaults suit chains whose shortest contact is as long: of steel beads of 4 mm diameter up to 2.8 m/s.
 USUAL_CONTACT = 10e-6
-"""s. Usual defaults suit chains whose shortest contact is as long: of steel beads of 4 mm diameter up to 2.8 m/s."""
 
+# Cycles of the highest frequency in a contact that is shorter: as many as between steel beads of 9.5 mm at 0.3 m/s
 CYCLES = 1.5
-"""Cycles of the highest frequency in a contact that is shorter: as many as between steel beads of 9.5 mm at 0.3 m/s."""
 
 
 class Fineness(NamedTuple):
-    """The factor of the number of cells in each direction, that of the tolerance of reductions, and the factor by which
-    the frequency of a default mesh is higher, and the pulse of a default reduction shorter, than usual."""
+    """Factors by which meshes and reductions are finer than usual."""
 
-    cells: int = 1
-    tolerance: float = 1.0
-    shorter: int = 1
+    cells: int = 1  # of the number of cells in each direction
+    tolerance: float = 1.0  # of the tolerance of reductions
+    shorter: int = 1  # by which the frequency of a default mesh is higher, and the pulse of a reduction shorter
 
 
 _FINENESS: ContextVar[Fineness] = ContextVar("fineness", default=Fineness())  # noqa: B039

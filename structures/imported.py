@@ -19,13 +19,7 @@ from structures.surface import Surface
 
 Residual = Annotated[float, Quantity("m/N", "a compliance", "2e-9 m/N", -np.inf)]
 
-HEADS = "frequency,shape", "frequency,shape,damping_ratio"
-"""The first line of a file of modes."""
-
-LACKS = (
-    "these modes lack the compliance of all higher ones, at the contact most of all; state residual_flexibility: the "
-    "static compliance, without what Hertz's law contains, minus the sum of φ²/ω²; or 0.0 where modes hold all"
-)
+HEADS = "frequency,shape", "frequency,shape,damping_ratio"  # The first line of a file of modes
 
 
 @described_as(also=("matrices",))
@@ -39,9 +33,7 @@ def from_matrices(
     curvature: Curvature = 0.0,
     scale: Scale = 1.0,
 ) -> Structure:
-    """A body whose mass and stiffness come from another finite-element program.
-
-    All motions that the matrices have are in it; `reduce` makes it small.
+    """A body whose mass and stiffness come from another finite-element program; `reduce` makes it small.
 
     Parameters
     ----------
@@ -50,8 +42,7 @@ def from_matrices(
     material : Material
         The material at the contact, for Hertz's law.
     contact : array, str or Path
-        b, n numbers, or n × p for p contacts: the forces on the degrees of freedom of a unit contact force. Or a text
-        file with a number on each line.
+        b of `Structure`, n numbers, or n × p for p contacts; or a text file with a number on each line.
     damping : matrix, str or Path, optional
         The damping matrix; `damped` adds other losses.
     residual_flexibility : float
@@ -68,13 +59,11 @@ def from_matrices(
 
     Notes
     -----
-    A force on a single node of a solid indents it by an amount that grows as the mesh is refined, and that Hertz's law
-    contains already: spread the force over a patch, and take the compliance of the patch away by
-    `residual_flexibility`. A plate of shells has no such indentation.
+    A force on a single node of a solid indents it by more the finer the mesh is, and Hertz's law contains that: spread
+    the force over a patch, and take the compliance of the patch away by `residual_flexibility`.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> spring = hl.from_matrices([[0.0141]], [[1.7e7]], hl.PTFE, contact=[1.0])
     >>> spring.size, spring.origin["kind"]
     (1, 'from_matrices')
@@ -121,19 +110,14 @@ def from_modes(
     frequencies : array, str or Path
         Natural frequencies, Hz, n; zero for rigid motions. Or a file of comma-separated numbers whose first line is
         `frequency,shape` or `frequency,shape,damping_ratio`: Hz, 1/√kg, and parts of the critical damping.
-    material : Material
+    material, curvature, scale
         As in `from_matrices`.
     shapes : array, optional
         Displacement of the contact in each mode along the push, for unit modal mass, 1/√kg: n, or n × p for p contacts.
-        Needed if `frequencies` are numbers.
     damping_ratios : float or sequence of float, optional
         Part of the critical damping, one for all modes or one for each; by default those of the file, or zero.
     residual_flexibility : float, optional
         Compliance at the contact, m/N, that the modes lack; without it a warning says how to get it.
-    curvature : float
-        As in `from_matrices`.
-    scale : float
-        m per unit of length of the shapes: 1e-3 for mm, N, s and t.
 
     Returns
     -------
@@ -142,7 +126,6 @@ def from_modes(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> plate = hl.from_modes([900.0, 2500.0], hl.PTFE, shapes=[2.1, 1.8], residual_flexibility=2e-8)
     >>> plate.size, plate.origin["highest_frequency"]
     (2, 2500.0)
@@ -164,7 +147,11 @@ def from_modes(
     if ratios.size not in (1, count):
         raise ValueError(f"damping_ratios: must be one number, or {count}, one for each mode")
     if residual_flexibility is None:
-        caution(f"frequencies: {LACKS}")
+        caution(
+            "frequencies: these modes lack the compliance of all higher ones, at the contact most of all; state "
+            "residual_flexibility: the static compliance, without what Hertz's law contains, minus the sum of φ²/ω²; "
+            "or 0.0 where modes hold all"
+        )
     origin = {
         "frequencies": _source(frequencies),
         "shapes": None if in_file else _source(shapes),

@@ -12,26 +12,24 @@ from structures.maxwell import maxwell_arms
 from structures.stepping import rayleigh_rates
 from structures.structure import Structure, Vector
 
+# s. Length of the force pulse for which the error is estimated by default: the contact time of a small steel bead.
 DEFAULT_PULSE = 25.0e-6
-"""s. Length of the force pulse for which the error is estimated by default: the contact time of a small steel bead."""
 
+# Real expansion point s of the Krylov space, 1/s, for the default pulse, in the upper half of the band that steel
+# beads excite. Of 15 to 80 kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms.
+# For other pulses it is inversely proportional to their length, so that a body ten times as large needs the same
+# vectors.
 EXPANSION_POINT = 2.0 * np.pi * 35.0e3
-"""Real expansion point s of the Krylov space, 1/s, for the default pulse, in the upper half of the band that steel
-beads excite. Of 15 to 80 kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms. For
-other pulses it is inversely proportional to their length, so that a body ten times as large needs the same vectors.
-"""
 
 
 class Modes(NamedTuple):
-    """Oscillators: ω², b (n × p), their damping (None, a vector if it is diagonal, or a matrix), (τ, the stiffness of
-    the arms in the same form) for each relaxation time, and their vectors in the basis.
-    """
+    """Oscillators; damping and arms are vectors where they are diagonal, and matrices elsewhere."""
 
-    square: Vector
-    contact: Vector
+    square: Vector  # ω²
+    contact: Vector  # b, n × p
     damping: Vector | None
-    arms: list[tuple[float, Vector]]
-    vectors: Vector
+    arms: list[tuple[float, Vector]]  # τ and the stiffness of the arms
+    vectors: Vector  # in the basis
 
 
 class Part(NamedTuple):
@@ -45,7 +43,6 @@ class Krylov:
     """The growing M-orthonormal basis V of the degrees of freedom with mass, and the Galerkin projections of K and C.
 
     The coordinates of Maxwell arms are q ∈ R span V, so the projection leaves them exact: only VᵀRᵀRV is needed.
-    largest: the most vectors. pulse: the length of the push, s, which sets the expansion point.
     """
 
     def __init__(self, structure: Structure, largest: int, pulse: float) -> None:

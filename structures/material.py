@@ -1,6 +1,5 @@
 """Linear elastic, isotropic materials, and the materials of Table 2.1 of the thesis."""
 
-from collections.abc import Iterator, Mapping
 from typing import Annotated
 
 from structures.caution import caution
@@ -8,8 +7,8 @@ from structures.checks import near
 from structures.described import described_as
 from structures.quantities import Asks, Density, Modulus, PoissonRatio, Strength
 
+# Strain beyond which the stress in a material of unknown yield strength was probably given in another unit
 LARGE_STRAIN = 0.1
-"""Strain beyond which the stress in a material of unknown yield strength was probably given in another unit."""
 
 
 @described_as("a Material; MATERIALS[name] gives one by name")
@@ -31,7 +30,6 @@ class Material:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> glass = hl.Material(youngs_modulus=70e9, poisson_ratio=0.22, density=2500.0, name="glass")
     >>> round(glass.bar_speed), round(glass.contact_modulus * 1e-9, 1)
     (5292, 73.6)
@@ -54,44 +52,24 @@ class Material:
         return float((self.youngs_modulus / self.density) ** 0.5)
 
 
-class UnknownMaterial(ValueError, KeyError):
-    """The table holds no material of this name."""
+class MaterialTable(dict[str, Material]):
+    """Materials by name; case, blanks, dashes and underscores do not matter, and a first word that only one has."""
 
-    def __str__(self) -> str:
-        return str(self.args[0])
-
-
-class MaterialTable(Mapping[str, Material]):
-    """Materials by name; case, blanks, dashes and underscores do not matter. A first word that only one has will do.
-
-    Looking up an unknown name raises UnknownMaterial (both a ValueError and a KeyError), which lists the nearest names.
-    """
-
-    def __init__(self, *materials: Material) -> None:
-        self._by_key = {name_key(material.name): material for material in materials}
-
-    def __getitem__(self, name: str) -> Material:
-        meant = self.meant(name)
-        if len(meant) == 1:
-            return meant[0]
-        names = ", ".join(map(repr, near(name, self) or self))
-        raise UnknownMaterial(f"material = {name!r}: unknown; the nearest names are {names}")
-
-    def meant(self, name: str) -> list[Material]:
-        """Return the material of this name; without one, all whose names have this first word."""
+    def __missing__(self, name: str) -> Material:
         key = name_key(name)
-        if key in self._by_key:
-            return [self._by_key[key]]
-        return [material for material in self._by_key.values() if name_key(material.name.split()[0]) == key]
+        for known in (name_key, lambda one: name_key(one.split()[0])):
+            meant = [one for one in self if known(one) == key]
+            if len(meant) == 1:
+                return self[meant[0]]
+        raise ValueError(
+            f"material = {name!r}: unknown; the nearest are {', '.join(map(repr, near(name, self) or self))}"
+        )
 
-    def __iter__(self) -> Iterator[str]:
-        return (material.name for material in self._by_key.values())
-
-    def __len__(self) -> int:
-        return len(self._by_key)
-
-    def __repr__(self) -> str:
-        return f"<materials: {', '.join(self)}>"
+    def __contains__(self, name: object) -> bool:
+        try:
+            return isinstance(name, str) and bool(self[name])
+        except ValueError:
+            return False
 
 
 def check_stress(argument: str, stress: float, material: Material, means: str) -> None:
@@ -121,10 +99,9 @@ ACRYLIC = Material(4.75e9, 0.35, 1186.0, "acrylic")
 POLYCARBONATE = Material(3.75e9, 0.35, 1196.0, "polycarbonate")
 PTFE = Material(1.53e9, 0.46, 2151.0, "PTFE")
 
-MATERIALS = MaterialTable(STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
-"""The materials of Table 2.1 of the thesis, by name.
-
-Yield strengths come from other sources: steel 316 annealed, minimum of ASTM A276; steel 440C hardened and tempered at
-200 to 315 °C, data sheets of bars to AMS 5630; brass 360 half hard, minimum of ASTM B16; aluminium 6061-T6, typical
-value of the Aluminum Association. Copper and polymers have none: they depend on temper and strain rate.
-"""
+# The materials of Table 2.1 of the thesis, by name. Yield strengths come from other sources: steel 316 annealed,
+# minimum of ASTM A276; steel 440C hardened and tempered at 200 to 315 °C, data sheets of bars to AMS 5630; brass 360
+# half hard, minimum of ASTM B16; aluminium 6061-T6, typical value of the Aluminum Association. Copper and polymers
+# have none: they depend on temper and strain rate.
+_TABLE = (STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
+MATERIALS = MaterialTable({material.name: material for material in _TABLE})

@@ -57,11 +57,9 @@ def maxwell_arms(structure: Structure) -> MaxwellArms | None:
 
 
 def root_of(matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return R with RᵀR = matrix and as many rows as its rank; a ValueError if the matrix has a negative eigenvalue."""
+    """Return R with RᵀR = matrix, a stiffness, and as many rows as its rank."""
     used = np.flatnonzero(abs(matrix).sum(axis=0))
     diagonal = matrix.diagonal()[used]
-    if not (diagonal > 0.0).all():
-        raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
     spread = sparse.csr_array((np.ones(used.size), (np.arange(used.size), used)), (used.size, matrix.shape[0]))
     if is_diagonal(matrix):
         return sparse.csr_array(sparse.diags_array(np.sqrt(diagonal)) @ spread)
@@ -74,7 +72,7 @@ def root_of(matrix: sparse.csr_array) -> sparse.csr_array:
     # Pivots of rigid motions: below 6e-9 in plates of 6 000 degrees of freedom, all others above 2e-4.
     rigid = 1e-6
     if pivots.min() < -rigid:
-        raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
+        raise ValueError("stiffness: must have no negative eigenvalue")
     positive = pivots > rigid
     root = sparse.diags_array(np.sqrt(pivots[positive])) @ sparse.csc_array(lower)[:, positive].T
     return sparse.csr_array(root @ spread)

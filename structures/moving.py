@@ -13,22 +13,19 @@ from structures.oscillators import OscillatorStep
 from structures.stepping import DenseMatrices, ImplicitMidpoint, StructureState, modes_of
 from structures.structure import Structure, Vector
 from structures.surface import Surface
-from structures.unmeshed import as_struck
 
+# Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
+# dense product of a window takes as long as a sparse solve.
 LARGEST_DENSE_SIZE = 300
-"""Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
-dense product of a window takes as long as a sparse solve.
-"""
 
+# s. Squares of windows beyond these, times a stiffness, leave the range of floating point.
 SHORTEST_WINDOW, LONGEST_WINDOW = 1e-18, 1e6
-"""s. Squares of windows beyond these, times a stiffness, leave the range of floating point."""
 
 
 class MovingStructure:
     """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
 
-    With p contacts, forces and displacements are arrays of p numbers, each positive away from its own chain. The
-    implicit midpoint moves it, which conserves energy exactly; slow oscillators (see `reduce`) move exactly.
+    The implicit midpoint moves it, which conserves energy exactly; slow oscillators (see `reduce`) move exactly.
 
     Parameters
     ----------
@@ -37,7 +34,6 @@ class MovingStructure:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
     >>> moving = hl.stepping.MovingStructure(bar)
     >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)  # 10 N for 1 µs
@@ -46,7 +42,7 @@ class MovingStructure:
     """
 
     def __init__(self, structure: Structure) -> None:
-        self.structure = as_struck(instance("structure", structure, Structure, "a Structure"))
+        self.structure = instance("structure", structure, Structure, "a Structure")
         self._vectors, self._contacts = self.structure.contact_vectors, self.structure.contacts
         self._steps: dict[float, OscillatorStep | ImplicitMidpoint] = {}
 
@@ -73,7 +69,7 @@ class MovingStructure:
         return f"MovingStructure({self.structure!r})"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out factorisations, which the next window computes anew, with the same bits; for pickles and copies."""
+        """Leave out factorisations, which the next window computes anew; for pickles and copies."""
         return {**vars(self), "_steps": {}}
 
     def start(self) -> StructureState:
@@ -81,10 +77,7 @@ class MovingStructure:
         return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
 
     def advance(self, state: StructureState, force: Any, window: float) -> tuple[StructureState, Any]:
-        """Advance by one window (s) under the mean force (N) relative to the static one.
-
-        Of one contact, force and displacement are floats; of several, arrays with one number for each.
-        """
+        """Advance by one window (s) under the mean force (N) relative to the static one; p numbers of p contacts."""
         if np.shape(force) != (() if self._contacts == 1 else (self._contacts,)):
             many = "a number" if self._contacts == 1 else f"{self._contacts} numbers"
             raise ValueError(f"force = {force!r}: must be {many} of N, one for each contact")
@@ -113,10 +106,7 @@ class MovingStructure:
         return places
 
     def compliance(self, window: float) -> Vector:
-        """Displacements of the contacts at the end of the window for 1 N of mean force, m/N, K × K and symmetric.
-
-        Entry (i, j) is the displacement of i caused by a force on j.
-        """
+        """Displacements of contact i at the end of the window for 1 N of mean force on contact j, m/N, K × K."""
         if not self.structure.size:
             return np.zeros((self._contacts, self._contacts))
         return self.read(self.step(window).response)

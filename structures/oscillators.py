@@ -9,11 +9,10 @@ from structures.structure import Structure, Vector
 class OscillatorStep:
     """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
 
-    Slow oscillators, ω H ≤ 1, move exactly. Fast ones use the implicit midpoint: sampled once a window, their exact
-    motion would appear as a slow one (aliasing), and a motion with the period H would not appear at all. All use it
-    unless `exact`. Both conserve energy: the work F̄ (w₁ − w₀) equals the energy that the structure gains plus the
-    energy that C dissipates. rows: 4 × n, the 2 × 2 propagator of each oscillator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v.
-    The window has no upper limit.
+    Slow oscillators, ω H ≤ 1, move exactly if `exact`. Fast ones use the implicit midpoint: sampled once a window,
+    their exact motion would appear as a slow one (aliasing). Both conserve energy: the work F̄ (w₁ − w₀) equals the
+    energy that the structure gains plus the energy that C dissipates. rows: 4 × n, the propagator of each oscillator:
+    u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v.
     """
 
     def __init__(self, structure: Structure, window: float, exact: bool = True) -> None:
@@ -41,10 +40,9 @@ class OscillatorStep:
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return the closed-form motion over a window H of oscillators with phase (ωH)² ≤ 1, drag H/2 times their rates.
+    """Return the displacement after a constant unit force, in H², its velocity, in H, and what remains of a velocity.
 
-    Returned are the displacement after a constant unit force in units of H², its velocity in units of H, and the
-    remaining fraction of an initial velocity.
+    phase: (ωH)² ≤ 1 of oscillators over a window H. drag: H/2 times their rates.
     """
     if not drag.any():
         half = 0.5 * np.sqrt(phase) / np.pi

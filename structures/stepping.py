@@ -13,13 +13,12 @@ from scipy.linalg import LinAlgError, eigh
 from structures.linear_algebra.factor import factorise
 from structures.structure import Structure, Vector
 
+# Degrees of freedom up to which a structure moves in its modes. They take 0.1 s for 600 and grow with the third
+# power; window by window a run of 1 ms takes 0.5 s or more.
 LARGEST_SIZE = 600
-"""Degrees of freedom up to which a structure moves in its modes. They take 0.1 s for 600 and grow with the third power;
-window by window a run of 1 ms takes 0.5 s or more."""
 
+# 1/s². Modes are found from 1/(ω² + SHIFT), so that rounding spares the slow ones: steel beads excite 35 kHz or less.
 SHIFT = (2.0 * np.pi * 35e3) ** 2
-"""1/s². Modes are found from 1/(ω² + SHIFT), so that rounding spares the slow ones: steel beads excite 35 kHz or less.
-"""
 
 
 class StructureState(NamedTuple):
@@ -34,7 +33,6 @@ class StructureState(NamedTuple):
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> moving = hl.stepping.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)], elements=4))
     >>> moving.start().displacement.size == moving.structure.size
     True
@@ -54,10 +52,9 @@ class DenseMatrices(NamedTuple):
 
 
 class ImplicitMidpoint:
-    """M (v₁ − v₀)/H = F̄ b − K (u₀ + u₁)/2 − C (v₀ + v₁)/2, u₁ = u₀ + H (v₀ + v₁)/2; one factorisation.
+    """M (v₁ − v₀)/H = F̄ b − K (u₀ + u₁)/2 − C (v₀ + v₁)/2, u₁ = u₀ + H (v₀ + v₁)/2; it conserves energy exactly.
 
-    Second order. It conserves energy exactly: the work F̄ (w₁ − w₀) equals the energy that the structure gains plus the
-    energy that C dissipates. response: the states after 1 N from rest at each of the K contacts, n × K.
+    response: the states after 1 N from rest at each of the K contacts, n × K.
     """
 
     def __init__(self, structure: Structure | DenseMatrices, window: float) -> None:
@@ -113,9 +110,9 @@ def modes_of(structure: Structure) -> Structure | None:
 def rayleigh_rates(damping: Any, mass: Any, stiffness: Any, scale: Vector) -> Vector | None:
     """Return α (1/s) and β (s) of C = α M + β K, neither negative; None where C is no such sum.
 
-    Matrices or linear operators are compared by their products with three random vectors. scale: of the degrees of
-    freedom, because displacements and rotations have different units.
+    scale: of the degrees of freedom, because displacements and rotations have different units.
     """
+    # Matrices or linear operators are compared by their products with three random vectors.
     by = scale[:, None]
     probe = by * np.random.default_rng(0).normal(size=(scale.size, 3))
     units = np.column_stack([(by * (matrix @ probe)).ravel() for matrix in (mass, stiffness)])

@@ -1,6 +1,4 @@
-"""A structure is data: M, K, C, the contact vector, and the surface that Hertz's law needs. Theories build
-structures.
-"""
+"""A structure is data: M, K, C, the contact vector, and the surface that Hertz's law needs."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -22,8 +20,7 @@ from structures.surface import Surface
 
 Vector = NDArray[np.float64]
 
-LARGEST_REMADE = 100_000
-"""Unknowns up to which a structure is made again with a finer mesh: some 15 s of reduction."""
+LARGEST_REMADE = 100_000  # Unknowns up to which a structure is made again with a finer mesh: some 15 s of reduction
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -41,13 +38,11 @@ class Structure:
     damping : sparse or dense matrix, optional
         C, n × n, symmetric, N s/m; None for an undamped body.
     contact : numpy.ndarray
-        b, n numbers, or n × p for p contacts. It distributes a unit contact force over the degrees of freedom, and it
-        reads the displacement of the contact point, w = bᵀu + flexibility · F, positive away from the chain that
-        pushes.
+        b, n numbers, or n × p for p contacts: spreads a unit contact force over the degrees of freedom, and reads the
+        displacement of the contact point, w = bᵀu + flexibility · F, positive away from the chain that pushes.
     flexibility : float or sequence of float
-        The part of the local indentation that the degrees of freedom do not contain, m/N, one number or one for each
-        contact: a massless spring in series with Hertz's contact. It is negative where a mesh already contains part of
-        Hertz's indentation.
+        Local indentation that the degrees of freedom lack, m/N, of all contacts or of each; a massless spring in series
+        with Hertz's contact. It is negative where a mesh already contains part of Hertz's indentation.
     surface : Surface or sequence of Surface
         Material and curvature at the contact; one, or one for each contact.
     origin : mapping
@@ -59,15 +54,8 @@ class Structure:
     matrices : Matrices, optional
         Holds these M and K and their factorisations, which structures on one mesh share; by default made here.
 
-    Raises
-    ------
-    ValueError
-        If shapes do not agree, a contact vector is zero, or a matrix is not that of an elastic body. Matrices of more
-        than 500 rows are checked for negative eigenvalues when the structure is reduced or run.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> block = hl.Structure([[0.05]], [[2e6]], None, [1.0], 0.0, hl.Surface(hl.STEEL_316))  # mass on a spring
     >>> block.size, block.contacts
     (1, 1)
@@ -224,10 +212,9 @@ def known_field(structure: Structure, name: str = "structure") -> Field:
     instance(name, structure, Structure, "a Structure")
     if structure.field is not None:
         return structure.field
-    kind = structure.origin.get("kind", "structure")
-    if "reduction" in structure.origin:
-        raise ValueError(f"{name}: this {kind} lost its field when it was reduced; reduce(..., keep_field=True)")
-    raise ValueError(f"{name}: the {kind} has no field; cylinders, solids and plates have one")
+    lost = "lost its field when it was reduced; reduce(..., keep_field=True)"
+    why = lost if "reduction" in structure.origin else "has no field; cylinders, solids and plates have one"
+    raise ValueError(f"{name}: this {structure.origin.get('kind', 'structure')} {why}")
 
 
 def surfaces_of(structure: Any) -> tuple[Surface, ...]:
@@ -254,7 +241,6 @@ def half_space(material: Material) -> Structure:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.half_space(hl.STEEL_316).size
     0
     """

@@ -11,8 +11,8 @@ from structures.described import checked_call, described_as
 from structures.material import Material
 from structures.quantities import ContactForce, Curvature, Direction, OneOf
 
+# A contact is round if its curvatures differ by less than this part: k depends on the square of it only
 NEARLY_ROUND = 1e-6
-"""A contact is round if its curvatures differ by less than this part: k depends on the square of it only."""
 
 AxisRatio = Annotated[str, OneOf("exact", "approximate")]
 
@@ -34,7 +34,6 @@ class Surface:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> flat, ball = hl.Surface(hl.STEEL_316), hl.Surface(hl.STEEL_316, curvature=1.0 / 4.76e-3)
     >>> round(hl.theory.hertz_stiffness(flat, ball) * 1e-9, 2)
     9.76
@@ -52,10 +51,7 @@ class Surface:
 
 @checked_call
 def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
-    """Return principal relative curvatures 1/R′ ≤ 1/R″ of two surfaces that touch, 1/m (thesis, equations 5.3, 5.4).
-
-    Raises ValueError where they would touch along more than a point or a line.
-    """
+    """Return principal relative curvatures 1/R′ ≤ 1/R″ of two surfaces that touch, 1/m (thesis, equations 5.3, 5.4)."""
     pairs = [(surface.curvature, float(surface.second_curvature or 0.0)) for surface in (first, second)]
     total = 0.5 * sum(map(sum, pairs))
     one, other = (curvature - second_curvature for curvature, second_curvature in pairs)
@@ -71,16 +67,14 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: AxisRatio = "ex
     """Return the stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
 
     Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹, where 1/R is the sum of the curvatures. Elliptic
-    contacts: equations 5.1 to 5.6 of the thesis, whose complete elliptic integrals K and E take the modulus e; see also
-    its section 6.1, equation 6.2 (with the wall's own ν), and Johnson, Contact Mechanics (1985), 4.2.
+    contacts: equations 5.1 to 5.6 of the thesis; Johnson, Contact Mechanics (1985), 4.2.
 
     Parameters
     ----------
     first, second : Surface
-        The surfaces that touch at a point; a ValueError says where they touch along a line or conform.
+        The surfaces that touch at a point.
     axis_ratio : {"exact", "approximate"}
-        The ratio b/a of the contact ellipse solves Hertz's equation, or is (R′/R″)^(−2/3) as in the thesis, which
-        changes k by 0.1 % for its ellipsoids and by 9 % for cylinders crossed at 5°.
+        The ratio b/a of the contact ellipse solves Hertz's equation, or is (R′/R″)^(−2/3) as in the thesis.
 
     Returns
     -------
@@ -89,7 +83,6 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: AxisRatio = "ex
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> round(hl.theory.hertz_stiffness(bead.surface, bead.surface) * 1e-9, 2)
     7.06
@@ -122,7 +115,6 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> round(hl.theory.hertz_pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
     2.72
@@ -142,8 +134,7 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
 def yield_pressure(material: Material) -> float:
     """Return the peak pressure of a round contact at which a material starts to yield below the surface.
 
-    Von Mises's criterion for the stresses on the axis (Johnson, section 6.1 and equation 3.45). A line contact yields
-    at 1.79 times the yield strength (plane strain, ν = 0.3).
+    Von Mises's criterion for the stresses on the axis (Johnson, section 6.1 and equation 3.45).
 
     Parameters
     ----------
@@ -157,7 +148,6 @@ def yield_pressure(material: Material) -> float:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.yield_pressure(hl.STEEL_316) * 1e-6)
     331
     """

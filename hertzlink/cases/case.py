@@ -23,6 +23,7 @@ from hertzlink.cases.paths import Fault, Path, as_toml, entry, parsed, put, writ
 from hertzlink.cases.reader import Call, Context, step
 from hertzlink.cases.reader import read as read_value
 from hertzlink.cases.source import Source, read_source
+from plates.plate import are_meshed
 from structures.checks import count_of
 from structures.damping import Rayleigh, damped
 from structures.described import Parameter, noted, registered
@@ -32,7 +33,6 @@ from structures.moving import MovingStructure
 from structures.quantities import InFile
 from structures.reduction import reduce
 from structures.structure import Structure
-from structures.unmeshed import is_unmeshed
 
 SECTIONS_OF_PATHS: tuple[Path, ...] = (("sensitivities",), ("sweep",), ("identify", "unknowns"))
 """Sections whose keys are paths of entries."""
@@ -345,7 +345,7 @@ def structure_of(body: Call, run: Call) -> Any:
     # Two equal structures of one case are two bodies.
     wanted = body.entries.get("reduce", run.entries.get("reduce"))
     key = "\n".join(map(repr, (body.path, body, body.context.until, wanted, fineness(), changed_at)))
-    if is_unmeshed():
+    if not are_meshed():
         return _structure(body, run)
     if key not in _STRUCTURES:
         _STRUCTURES[key] = _structure(body, run)
@@ -379,7 +379,7 @@ def _damped(structure: Structure, loss: Call) -> Structure:
 def _reduced(structure: Structure, table: Call) -> Structure:
     """Return the structure as the entry `reduce` of a table wants it; by default small ones stay as they are."""
     wanted = table.entries.get("reduce", True)
-    if wanted is False or is_unmeshed() or not structure.size:
+    if wanted is False or not structure.size:
         return structure
     if not isinstance(wanted, Call):
         if structure.valid_until < float("inf") or MovingStructure(structure).compact:

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.plates import PlateModes, modes_of, struck_by
+from coupling.inference.plates import PlateModes, modes_of
 from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
@@ -96,8 +96,7 @@ class Explorer:
 
     def simulation(self, case: Case) -> CoSimulation:
         """Return the co-simulation of the case at some values."""
-        struck = None if self.modes is None else struck_by(case.simulation)
-        return case.simulation() if self.modes is None or struck is None else self.modes.simulation(struck)
+        return case.simulation() if self.modes is None else self.modes.simulation(case.simulation)
 
 
 def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
@@ -107,7 +106,7 @@ def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
     if not moved or reduced is not True or any(slider.choices for slider in moved):
         return None
     changes: list[dict[str, float]] = [{}, *({s.name: s.si(end)} for s in moved for end in (s.low, s.high))]
-    return modes_of([struck_by(case.changed(change).simulation) for change in changes], case.until)
+    return modes_of([case.changed(change).simulation for change in changes], case.until)
 
 
 def thinned(force: xr.DataArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

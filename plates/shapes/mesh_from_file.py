@@ -25,8 +25,7 @@ from structures.meshes.mesh_reading import (
     tagged_facets,
     used,
 )
-from structures.meshes.mesh_topology import check_joined, merged, once
-from structures.meshes.split_cells import QUADRILATERAL, TRIANGLE, edge_lengths, triangles
+from structures.meshes.mesh_topology import QUADRILATERAL, TRIANGLE, check_joined, edge_lengths, once
 from structures.structure import Vector
 from structures.units import readable
 
@@ -40,23 +39,20 @@ LINES = {"line": 2, "line3": 2}
 class FlatMesh:
     """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a plate of a thickness in m.
 
-    scale, merge, tags: as of `mindlin_panel`. It lies in the plane of x and y; triangles and quadrilaterals together
+    scale, tags: as of `mindlin_panel`. It lies in the plane of x and y; triangles and quadrilaterals together
     become triangles. Raises ValueError for a mesh that cannot be a plate.
     """
 
     kind, fixed = "panel", True
 
-    def __init__(
-        self, source: Any, thickness: float, scale: float | None, merge: float | None, tags: str | None
-    ) -> None:
-        self.scale, self.merge, self.tags = 1.0 if scale is None else scale, merge, tags
+    def __init__(self, source: Any, thickness: float, scale: float | None, tags: str | None) -> None:
+        self.scale, self.tags = 1.0 if scale is None else scale, tags
         self.source = source_of(source)
         read = read_mesh(source)
         points, cells = self.scale * points_of(read, flat=True), _faces(read)
         count = cells.shape[1]
         sides = TRIANGLE if count == 3 else QUADRILATERAL
-        alias = merged(points, np.unique(cells), float(edge_lengths(points, cells, sides).min()), merge)
-        points, cells, number = used(points, once(alias[cells], count)[0], count, alias)
+        points, cells, number = used(points, once(cells, count)[0], count)
         thin = bool(thickness < THINNEST * np.ptp(points, axis=0).max())
         check_scale(points, thin, f"with a thickness of {thickness:.3g} m", scale)
         if np.ptp(points[:, 2]) > OUT_OF_PLANE * np.ptp(points, axis=0).max():
@@ -108,7 +104,7 @@ class FlatMesh:
             start, end = mesh.p[:, mesh.facets[:, facets]].transpose(1, 0, 2)
             length = np.linalg.norm(end - start, axis=0).sum()
             edges[str(name)] = f"{count_of(facets.size, 'side')}, {length:.4g} m"
-        stated = {name: value for name, value in (("merge", self.merge), ("tags", self.tags)) if value is not None}
+        stated = {} if self.tags is None else {"tags": self.tags}
         return {"mesh": self.source, "scale": self.scale, "cells": mesh.nelements, "edges": edges, **stated}
 
     def summary(self) -> str:
@@ -134,7 +130,7 @@ def _faces(source: Any) -> Numbers:
         return np.concatenate(faces[3] or faces[4])
     quadrilaterals = np.concatenate(faces[4])
     caution(f"mesh: its quadrilaterals, {len(quadrilaterals)}, are split, as it has triangles as well")
-    return np.concatenate([*faces[3], *triangles(quadrilaterals)])
+    return np.concatenate([*faces[3], quadrilaterals[:, [0, 1, 2]], quadrilaterals[:, [0, 2, 3]]])
 
 
 def _upright(points: Vector, cells: Numbers) -> Numbers:

@@ -8,13 +8,12 @@ from numpy.typing import ArrayLike
 from structures.linear_algebra.factor import numbers
 from structures.structure import Vector
 
+# Number of lines in the surface, and of directions around each line, over which is integrated. The error decreases
+# exponentially: with 60 it is below 1e-8 for a carbon ply, whose moduli differ by a factor of 15.
 INTEGRATION_DIRECTIONS = 96
-"""Number of lines in the surface, and of directions around each line, over which is integrated. The error decreases
-exponentially: with 60 it is below 1e-8 for a carbon ply, whose moduli differ by a factor of 15.
-"""
 
+# Voigt's index, 0 to 5 for 11, 22, 33, 23, 13, 12, of each pair of axes
 VOIGT_INDEX = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-"""Voigt's index, 0 to 5 for 11, 22, 33, 23, 13, 12, of each pair of axes."""
 
 
 def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_moduli: ArrayLike) -> Vector:
@@ -36,20 +35,15 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> carbon = hl.theory.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
     >>> carbon.shape, round(float(carbon[0, 0]) * 1e-9, 1)
     ((6, 6), 140.8)
     """
-    e, nu, g = (
-        numbers("moduli", moduli),
-        numbers("poisson_ratios", poisson_ratios),
-        numbers("shear_moduli", shear_moduli),
-    )
-    for name, three in (("moduli", e), ("poisson_ratios", nu), ("shear_moduli", g)):
-        wanted = "finite" if three is nu else "positive"
-        if three.shape != (3,) or (three is not nu and three.min() <= 0.0):
-            raise ValueError(f"{name} = {three.tolist()}: must be three {wanted} numbers")
+    e, nu = numbers("moduli", moduli), numbers("poisson_ratios", poisson_ratios)
+    g = numbers("shear_moduli", shear_moduli)
+    for name, three, least in (("moduli", e, 0.0), ("poisson_ratios", nu, -np.inf), ("shear_moduli", g, 0.0)):
+        if three.shape != (3,) or three.min() <= least:
+            raise ValueError(f"{name} = {three.tolist()}: must be three {'positive ' * (least == 0.0)}numbers")
     compliance = np.diag(np.concatenate([1.0 / e, 1.0 / g]))
     for (i, j), ratio in zip(((1, 2), (0, 2), (0, 1)), nu, strict=True):
         compliance[i, j] = compliance[j, i] = -ratio / e[i]
@@ -63,11 +57,9 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
 def indentation_modulus(stiffness: ArrayLike) -> float:
     """Return the modulus of an anisotropic half-space in Hertz's law; for an isotropic one it is E/(1 − ν²).
 
-    A normal point force F moves the surface by h(θ) F/r along the normal, with h = (L⁻¹)₃₃/2π, where L is the
-    Barnett-Lothe tensor for the line in the direction θ. The modulus is 1/π over the mean of h. It is exact for a
-    circular contact area under Hertz's pressure; for plies of carbon or glass in epoxy, whose area is slightly
-    elliptic, the force at a given approach of a rigid sphere is up to 0.6 % larger (Vlassak and Nix, Philos. Mag. A 67
-    (1993) 1045; Ting, Anisotropic Elasticity, section 7.6).
+    A normal point force F moves the surface by h(θ) F/r, h = (L⁻¹)₃₃/2π, with the Barnett-Lothe tensor L of the line in
+    direction θ; the modulus is 1/π over the mean of h. It is exact for a circular contact area (Vlassak and Nix,
+    Philos. Mag. A 67 (1993) 1045); for plies of carbon or glass in epoxy the force is up to 0.6 % larger.
 
     Parameters
     ----------
@@ -81,18 +73,14 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> ply = hl.theory.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
     >>> print(f"{1e-9 * hl.theory.indentation_modulus(ply):.2f} GPa")
     11.62 GPa
     """
     matrix = numbers("stiffness", stiffness)
-    if matrix.shape != (6, 6):
-        raise ValueError(f"stiffness: has shape {matrix.shape}, must be 6 × 6 finite numbers of Pa")
-    if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
-        raise ValueError("stiffness: must be symmetric")
-    if (lowest := np.linalg.eigvalsh(matrix).min()) <= 0.0:
-        raise ValueError(f"stiffness: must be positive definite, its lowest eigenvalue is {lowest:.4g} Pa")
+    symmetric = matrix.shape == (6, 6) and np.abs(matrix - matrix.T).max() <= 1e-9 * np.abs(matrix).max()
+    if not symmetric or np.linalg.eigvalsh(matrix).min() <= 0.0:
+        raise ValueError("stiffness: must be a symmetric, positive definite matrix of 6 × 6 numbers of Pa")
     constants = matrix[VOIGT_INDEX[:, :, None, None], VOIGT_INDEX[None, None]]  # C_ijkl
 
     # (L⁻¹)₃₃ for lines at equal angles in the surface; m and n span the plane across each line.

@@ -7,7 +7,7 @@ import numpy as np
 from skfem import ElementHex2, ElementTetP2, FacetBasis, MeshHex1, MeshHex2, MeshTet1, MeshTet2
 
 from structures.caution import caution
-from structures.checks import instance, positive
+from structures.checks import instance
 from structures.material import Material
 from structures.meshes.mesh_files import read_mesh
 from structures.meshes.mesh_reading import (
@@ -25,13 +25,14 @@ from structures.meshes.mesh_reading import (
     tagged_facets,
     used,
 )
-from structures.meshes.mesh_topology import check_joined, merged, once
-from structures.meshes.split_cells import BY_CORNERS, edge_lengths, tetrahedra
+from structures.meshes.mesh_topology import HEXAHEDRON, TETRAHEDRON, check_joined, edge_lengths, once
 from structures.structure import Vector
 
-FLAT_JACOBIAN = 1e-9
-"""A cell is flat if its Jacobian at a corner is below this fraction of the cube of its size."""
+FLAT_JACOBIAN = 1e-9  # A cell is flat if its Jacobian at a corner is below this fraction of the cube of its size
 
+NO_VOLUME = ("vertex", "line", "line3", *FLAT_CORNERS)
+
+# For each of meshio's cell types: scikit-fem's mesh and element, the number of corners, the order of integration
 CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
     "tetra": (MeshTet1, ElementTetP2, 4, 4),
     "tetra10": (MeshTet2, ElementTetP2, 4, 5),
@@ -39,47 +40,44 @@ CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
     "hexahedron20": (MeshHex1, ElementHex2, 8, 5),
     "hexahedron27": (MeshHex2, ElementHex2, 8, 5),
 }
-"""For each of meshio's cell types: scikit-fem's mesh and element, the number of corners, the order of integration."""
 
-CORNERS = {kind: corners for kind, (_, _, corners, _) in CELL_TYPES.items()} | {
-    "wedge": 6, "wedge15": 6, "wedge18": 6, "pyramid": 5, "pyramid13": 5, "pyramid14": 5,
-}  # fmt: skip
-"""Numbers of corners also of the types of cells that are split into tetrahedra."""
-
+# Corners of a cell in meshio's order, each with its three neighbours in right-handed order
 CORNER_NEIGHBOURS = {
     4: ((0, 1, 2, 3),),
     8: ((0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)),
 }
-"""Corners of a cell in meshio's order, each with its three neighbours in right-handed order."""
 
 
 class BodyMesh:
-    """A body as a scikit-fem mesh in m, of one type of cells; several types are split into tetrahedra.
+    """A body as a scikit-fem mesh in m, of one type of cells; its arguments are those of `solid`.
 
-    cells, facets: by tag, the numbers of the cells and of the boundary facets that have it. source: a file or a
-    meshio.Mesh. scale: m per unit of the mesh; None means 1 and is accepted only for bodies of plausible size. merge:
-    distance, m, within which points become one. tags: name of the data that numbers the cells. Raises ValueError, or
+    cells, facets: by tag, the numbers of the cells and of the boundary facets that have it. Raises ValueError, or
     warns, if a mesh cannot be a body.
     """
 
-    def __init__(
-        self, source: Any, scale: float | None = None, merge: float | None = None, tags: str | None = None
-    ) -> None:
-        self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
+    def __init__(self, source: Any, scale: float | None = None, tags: str | None = None) -> None:
+        self.scale = 1.0 if scale is None else scale
         read = read_mesh(source)
-        points = self.scale * points_of(read)
-        blocks, listed, kind = _volumes(read)
+        blocks = [i for i, block in enumerate(read.cells) if block.type not in NO_VOLUME and len(block.data)]
+        kinds = sorted({read.cells[i].type for i in blocks})
+        if not kinds:
+            raise ValueError("mesh: has no tetrahedra or hexahedra; mesh the volume, and save it (in gmsh as a group)")
+        if len(kinds) > 1 or kinds[0] not in CELL_TYPES:
+            raise ValueError(f"mesh: has cells of type {names(kinds)}; must be of one type, one of {names(CELL_TYPES)}")
+        (kind,) = kinds
         make, self.element, corners, self.order = CELL_TYPES[kind]
-        shortest = min(edge_lengths(points, cells if kind == "tetra" else cells[:, :corners]).min() for cells in listed)
-        alias = merged(points, np.unique(np.concatenate([cells.ravel() for cells in listed])), float(shortest), merge)
-        cells, parent = _as_one_type(points, [alias[cells] for cells in listed], kind)
-        cells, renumbered = once(cells, corners)
-        points, cells, number = used(points, cells, corners, alias)
-        edges = edge_lengths(points, cells[:, :corners])
+        sides = TETRAHEDRON if corners == 4 else HEXAHEDRON
+        points = self.scale * points_of(read)
+        cells, renumbered = once(np.concatenate([cells_of(read, i) for i in blocks]), corners)
+        if kind == "hexahedron20":
+            caution("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
+            cells = cells[:, :corners]
+        points, cells, number = used(points, cells, corners)
+        edges = edge_lengths(points, cells[:, :corners], sides)
         # 20 mm are a quarter of a shear wave of 40 kHz in steel.
         check_scale(points, bool(edges.min() > 0.02), f"its shortest edge {edges.min():.3g} m", scale)
         _check_shapes(points, cells[:, :corners])
-        check_joined(points, cells[:, :corners], BY_CORNERS[corners], float(edges.min()))
+        check_joined(points, cells[:, :corners], sides, float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
         if corners == 8:
             from skfem.io.meshio import INV_HEX_MAPPING  # loads meshio
@@ -88,10 +86,7 @@ class BodyMesh:
         self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T))
         if kind in ("tetra10", "hexahedron27"):
             _check_curves(self.mesh)
-        groups = {
-            tag: np.unique(renumbered[np.isin(parent, members)])
-            for tag, members in tagged(read, blocks, 3, tags).items()
-        }
+        groups = {tag: np.unique(renumbered[members]) for tag, members in tagged(read, blocks, 3, tags).items()}
         self.cells = Tags(groups, hint_of(read, tags))
         self.facets = tagged_facets(read, self.mesh, number, FLAT_CORNERS, tags)
 
@@ -120,53 +115,13 @@ class BodyMesh:
         return float(FacetBasis(self.mesh, self.element(), facets=facets, intorder=self.order).dx.sum())
 
 
-def _volumes(source: Any) -> tuple[list[int], list[Numbers], str]:
-    """Return the blocks of cells that fill the body, their cells, and the one type that they have or are split into."""
-    ignored = ("vertex", "line", "line3", *FLAT_CORNERS)
-    blocks = [i for i, block in enumerate(source.cells) if block.type not in ignored and len(block.data)]
-    kinds = sorted({source.cells[i].type for i in blocks})
-    if not kinds:
-        raise ValueError("mesh: has no tetrahedra or hexahedra; mesh the volume, and save it (in gmsh as a group)")
-    unknown = [kind for kind in kinds if kind not in CORNERS]
-    if unknown:
-        raise ValueError(f"mesh: has cells of type {names(unknown)}; must be one of {names(CORNERS)}")
-    listed = [cells_of(source, i) for i in blocks]
-    corners = [cells[:, : CORNERS[source.cells[i].type]] for i, cells in zip(blocks, listed, strict=True)]
-    collapsed = any((np.diff(np.sort(cells, axis=1), axis=1) == 0).any() for cells in corners if cells.shape[1] > 4)
-    if len(kinds) > 1 or kinds[0] not in CELL_TYPES or collapsed:
-        what = "cells that lack corners, or are of type" if collapsed else "cells of type"
-        caution(f"mesh: its {what} {names(kinds)} are split into straight tetrahedra")
-        return blocks, corners, "tetra"
-    if kinds[0] == "hexahedron20":
-        caution("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
-        return blocks, corners, "hexahedron20"
-    return blocks, listed, kinds[0]
-
-
-def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numbers, Numbers]:
-    """Return the cells of all blocks, split where they have another type, and for each the cell that it is part of."""
-    if kind != "tetra" or all(cells.shape[1] == 4 for cells in listed):
-        cells = np.concatenate(listed)
-        return cells, np.arange(len(cells))
-    parts = [tetrahedra(cells) for cells in listed]
-    starts = np.cumsum([0, *(len(cells) for cells in listed)])
-    cells = np.concatenate([part for part, _ in parts])
-    parent = np.concatenate([start + owner for (_, owner), start in zip(parts, starts[:-1], strict=True)])
-    # A cell that lacks a corner has tetrahedra without volume.
-    solid = (np.diff(np.sort(cells, axis=1), axis=1) > 0).all(axis=1)
-    cells, parent = cells[solid], parent[solid]
-    turned = _volumes_of(points[cells[:, 1:]] - points[cells[:, :1]]) < 0.0
-    cells[turned] = cells[turned][:, [0, 2, 1, 3]]
-    return cells, parent
-
-
 def _check_shapes(points: Vector, corners: Numbers) -> None:
     """Raise a ValueError if cells are flat, folded or inverted; if all are inverted, only their numbering differs."""
     at = points[corners]
     frames = [
         np.stack([at[:, i] - at[:, start] for i in others], 1) for start, *others in CORNER_NEIGHBOURS[corners.shape[1]]
     ]
-    volumes, least = _volumes_of(np.array(frames)), FLAT_JACOBIAN * np.ptp(at, axis=1).max(axis=1) ** 3
+    volumes, least = np.linalg.det(frames), FLAT_JACOBIAN * np.ptp(at, axis=1).max(axis=1) ** 3
     upright, inverted = (volumes > least).all(axis=0), (volumes < -least).all(axis=0)
     for bad, what in (
         (~upright & ~inverted, "flat or folded"),
@@ -199,8 +154,3 @@ def _check_curves(mesh: Any) -> None:
                 f"near {near(at[:, 0].T)}"
             )
         suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < 0.3 * size]
-
-
-def _volumes_of(edges: Vector) -> Vector:
-    """Return the volumes that three edges span, ... × 3 × 3, with their signs."""
-    return np.asarray((np.cross(edges[..., 0, :], edges[..., 1, :]) * edges[..., 2, :]).sum(axis=-1))

@@ -19,11 +19,9 @@ from structures.quantities import Count, Frequency, Length, OneOf
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
-INTEGRATION_ORDER = 5
-"""Exact for the mass matrix of rectangular quadratic elements with the weight r."""
+INTEGRATION_ORDER = 5  # Exact for the mass matrix of rectangular quadratic elements with the weight r
 
-MOST_CELLS = 100_000
-"""Upper limit for the whole mesh: about 800 000 degrees of freedom."""
+MOST_CELLS = 100_000  # Upper limit for the whole mesh: about 800 000 degrees of freedom
 
 
 @described_as(called="cylinder")
@@ -41,14 +39,12 @@ def layered_cylinder(
 
     Parameters
     ----------
-    layers : sequence of Layer
-        The layers; the struck one comes first. All have the same radius.
-    base : {"fixed", "free"}
-        The condition at the far end. "free": the cylinder can fly off.
+    layers, base
+        As of `rod`; all layers have the same radius.
     patch_radius : float, optional
         Radius a of the circle over which the force is spread evenly, m, wider than the contact; by default an eighth of
-        the shortest of radius, first layer and shear wavelength. The displacement of the contact is the circle's mean;
-        16(1 − ν²)/3π²Ea, that of a half-space, is subtracted in `flexibility`, as Hertz's law contains it.
+        the shortest of radius, first layer and shear wavelength. The displacement of the contact is the circle's mean,
+        without that of a half-space, which Hertz's law contains.
     highest_frequency : float
         Hz. The mesh resolves shear waves up to this frequency.
     cells : int
@@ -66,7 +62,6 @@ def layered_cylinder(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, length=20e-3, radius=9.525e-3)])
     >>> body.contacts, body.flexibility < 0.0
     (1, True)
@@ -112,11 +107,7 @@ def layered_cylinder(
 
 
 def _nodes(depths: Vector, radius: float, patch: float, coarsest: list[float], cells: int) -> tuple[Vector, Vector]:
-    """Return the nodes in r and in z, m: fine on the patch, finest at its edge, and fine at the rim, the interfaces and
-    the base.
-
-    depths: of the faces of the layers. coarsest: the largest cells of each layer, m.
-    """
+    """Return the nodes in r and in z, m; depths: of the faces of the layers. coarsest: the largest cells of each."""
 
     def about_patch(beyond: Vector) -> Vector:
         """Size of cells at a distance beyond the patch's edge (negative inside)."""

@@ -14,50 +14,46 @@ from structures.bodies.elasticity import first_lame_parameter, part_stiffnesses,
 from structures.field import Field, Grid, Numbers, Whole
 from structures.material import Material
 
+# Two points along each side of a quadratic cell (four in a tetrahedron). Stress is more accurate there by one order
+# than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and no point lies on the axis, where u_r/r is
+# singular.
 GAUSS_ORDER = 2
-"""Two points along each side of a quadratic cell (four in a tetrahedron). Stress is more accurate there by one order
-than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and no point lies on the axis, where u_r/r is
-singular.
-"""
 
+# For each element of the displacement: the element of its stress, one order lower, and meshio's name of the cell
 CELL_ELEMENTS: dict[type, tuple[type, str]] = {
     ElementQuad2: (ElementQuad1, "quad9"),
     ElementTetP2: (ElementTetP1, "tetra10"),
     ElementHex2: (ElementHex1, "hexahedron27"),
 }
-"""For each element of the displacement: the element of its stress, one order lower, and meshio's name of the cell."""
 
+# The order of a cell's points that turns it inside out, and the corners next to the first one. scikit-fem accepts
+# cells of both orientations, VTK does not.
 MIRRORED_CELLS: dict[str, tuple[tuple[int, ...], tuple[int, int, int]]] = {
     "tetra10": ((1, 0, 2, 3, 4, 6, 5, 8, 7, 9), (1, 2, 3)),
     "hexahedron27": (
         (*range(4, 8), *range(4), *range(12, 16), *range(8, 12), *range(16, 24), 25, 24, 26), (1, 3, 4),
     ),
 }  # fmt: skip
-"""The order of a cell's points that turns it inside out, and the corners next to the first one. scikit-fem accepts
-cells of both orientations, VTK does not.
-"""
 
+# Positions of the entries of a stress tensor in VTK's order
 VTK_STRESS_INDEX = {(0, 0): 0, (1, 1): 1, (2, 2): 2, (0, 1): 3, (1, 2): 4, (0, 2): 5}
-"""Positions of the entries of a stress tensor in VTK's order."""
 
 
 def elastic_field(
     mesh: Any, element: type, order: int, kept: NDArray[Any], materials: Sequence[Material], owner: Whole
 ) -> Field:
-    """Return the field of a body of quadratic elements.
+    """Return the field of a body of quadratic elements; a plane mesh is the half-plane (r, z), z into the body.
 
-    mesh: scikit-fem's; a plane mesh is the half-plane (r, z) of a body of revolution, z into the body. element: of one
-    component of the displacement. order: of the integration of its stiffness. kept: the degrees of freedom that the
-    structure has, in the order of ElementVector(element). owner: the index of the material of each cell.
+    element: of one component of the displacement. order: of the integration of its stiffness. kept: the degrees of
+    freedom that the structure has. owner: the index of the material of each cell.
     """
     return Field(partial(ElasticSampler, mesh, element, order, kept, tuple(materials), owner), int(kept.size))
 
 
 class ElasticSampler:
-    """Displacement and stress at the nodes of the elements; each node appears once for each material that meets there.
+    """Displacement and stress at the nodes of the elements, each of which appears for each material that meets there.
 
-    Stress is evaluated at the Gauss points, extrapolated to the nodes of each cell by the linear function through them,
-    and averaged over the cells of one material.
+    Stress is extrapolated from the Gauss points to the nodes of each cell, and averaged over the cells of one material.
     """
 
     def __init__(
@@ -107,8 +103,7 @@ class ElasticSampler:
         return np.asarray(self.mean @ self.gauss_stress(u).reshape(-1, 6))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """Return the contribution of each material to the stiffness, n × n each, where n is the number of kept degrees
-        of freedom."""
+        """Return the contribution of each material to the stiffness, N/m."""
         basis = Basis(self.mesh, ElementVector(self.element()), intorder=self.integration_order)
         parts = part_stiffnesses(basis, self.materials, self.owner)
         return [part[self.kept][:, self.kept] for part in parts]

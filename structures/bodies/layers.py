@@ -21,12 +21,12 @@ from structures.structure import Vector
 Form = TypeVar("Form", bound=Callable[..., Any])
 Number: TypeAlias = float | Vector
 
+# 3.2180655: duration of Hertz's collision in units of (m²/k²v)^{1/5}; the thesis prints 3.218
 HERTZ_COLLISION = 2.0 * 1.25**0.4 * sqrt(pi) * gamma(1.4) / gamma(0.9)
-"""3.2180655: duration of Hertz's collision in units of (m²/k²v)^{1/5}; the thesis prints 3.218."""
 
+# 1.1803400: time in which the wave passes one bead, in the same units for a striker of speed v that equals the beads
+# (equations 6.12 and 6.16). The thesis prints 1.180, twice this value as 2.361, and half of 2.361 as 1.181.
 BEAD_TRANSIT = (25.0 / 16.0 / 0.682) ** 0.2
-"""1.1803400: time in which the wave passes one bead, in the same units for a striker of speed v that equals the beads
-(equations 6.12 and 6.16). The thesis prints 1.180, twice this value as 2.361, and half of 2.361 as 1.181."""
 
 UNITS = {
     "mass": "kg", "upper_mass": "kg", "lower_mass": "kg", "speed": "m/s", "striker_speed": "m/s", "bar_speed": "m/s",
@@ -34,8 +34,8 @@ UNITS = {
     "lower_stiffness": "N/m", "contact_time": "s", "youngs_modulus": "Pa", "area": "m²", "length": "m",
 }  # fmt: skip
 
+# The checks of arguments that need not be positive, or have an upper limit
 OTHER_RANGES = {"lower_mass": not_negative, "restitution": restitution_coefficient}
-"""The checks of arguments that need not be positive, or have an upper limit."""
 
 
 def closed_form(function: Form) -> Form:
@@ -69,7 +69,6 @@ def contact_time(mass: Number, stiffness: Number, speed: float) -> Any:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.hertz_contact_time(mass=3.5e-3, stiffness=9.8e9, speed=0.44) * 1e6, 1)
     39.6
     """
@@ -109,7 +108,6 @@ def time_of_flight(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.primary_time_of_flight(13, 3.5e-3, 7.06e9, 9.8e9, striker_speed=hl.drop_speed(0.01)) * 1e6)
     473
     """
@@ -134,7 +132,6 @@ def amplitude_ratio(restitution: Number) -> Any:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.primary_amplitude_ratio(0.6), 3)
     0.542
     """
@@ -161,7 +158,6 @@ def critical_modulus(material: Material, wall_poisson_ratio: PoissonRatio | None
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.critical_modulus(hl.STEEL_440C) * 1e-9, 1)
     109.4
     """
@@ -185,7 +181,6 @@ def characteristic_length(bar_speed: Number, contact_time: Number) -> Any:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.characteristic_length(hl.STEEL_440C.bar_speed, 39.6e-6) * 1e3)
     100
     """
@@ -212,7 +207,6 @@ def restitution(mass: float, upper_mass: Number) -> Any:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.theory.layer_restitution(mass=0.01, upper_mass=0.04)
     0.6
     """
@@ -240,7 +234,6 @@ def axial_stiffness(youngs_modulus: float, area: float, length: Number) -> Any:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.layer_stiffness(youngs_modulus=1.5e9, area=285e-6, length=25.4e-3) * 1e-6, 2)
     16.83
     """
@@ -267,7 +260,6 @@ def secondary_delay(upper_mass: Number, lower_mass: Number, lower_stiffness: Num
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> round(hl.theory.secondary_delay(upper_mass=14e-3, lower_mass=16e-3, lower_stiffness=17e6) * 1e6, 1)
     105.9
     """

@@ -18,12 +18,11 @@ from structures.quantities import Asks, Count, OneOf, Side, Thickness
 from structures.structure import Structure
 from structures.surface import Surface
 
-MOST_ELEMENTS = 1_000_000
-"""In a whole rod: beyond it a wrong unit is more likely than a real need."""
+MOST_ELEMENTS = 1_000_000  # In a whole rod: beyond it a wrong unit is more likely than a real need
 
 STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) / 3.0
+# Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle
 INERTIA = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30.0
-"""Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle."""
 
 Base = Annotated[str, OneOf("fixed", "free", "absorbing", "contact")]
 
@@ -43,7 +42,6 @@ class Layer:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> layer = hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)
     >>> round(layer.area * 1e6, 1)  # mm²
     285.0
@@ -80,12 +78,10 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
     layers : sequence of Layer
         The layers; the struck one comes first.
     base : {"fixed", "free", "absorbing", "contact"}
-        The condition at the far end. "free": the rod can fly off; under gravity it is held until the wave arrives.
-        "absorbing": a dashpot ρ c A lets waves leave, as in a very long rod. "contact": a free rod with two contacts,
-        1 on the face of the last layer, which another chain strikes.
+        The far end. "free": the rod can fly off; under gravity it is held until the wave arrives. "absorbing": a
+        dashpot ρ c A lets waves leave. "contact": a free rod with a second contact, on the face of the last layer.
     elements : int, optional
-        Number of elements in each layer. By default a wave needs 1 µs to cross an element, less for contacts below
-        10 µs.
+        Elements in each layer. By default a wave needs 1 µs to cross one, less for contacts below 10 µs.
 
     Returns
     -------
@@ -94,13 +90,11 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
 
     Notes
     -----
-    Hertz's contact law is that of a half-space. Near a soft or slender rod the contact also deforms the sides, which
-    `layered_cylinder` models. The amplitude ratios of the two differ by 0.03 % for steel and 1 % for PTFE at a radius
-    of 9.5 mm, and by 0.1 % and 5 % at 5 mm.
+    The contact also deforms the sides of a soft or slender rod, which `layered_cylinder` models: the amplitude ratios
+    of the two differ by 0.03 % for steel and 1 % for PTFE at a radius of 9.5 mm, and by 0.1 % and 5 % at 5 mm.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> body = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
     >>> body.size, body.contacts
     (16, 1)

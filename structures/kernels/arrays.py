@@ -3,9 +3,9 @@
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
+# A mask of an index. It says to the compiler that no index counts from the end of an array: else a pass over bodies
+# would have no vector instructions, and take three times as long.
 NOT_NEGATIVE = 0x7FFF_FFFF
-"""A mask of an index. It says to the compiler that no index counts from the end of an array: else a pass over bodies
-would have no vector instructions, and take three times as long."""
 
 
 @inner()

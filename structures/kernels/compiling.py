@@ -38,8 +38,7 @@ def users_folder() -> Path:
 
 
 def folder_of_kernels() -> Path:
-    """Return a folder for kernels of these sources; if the user's cannot be written, one that lasts as long as this
-    process."""
+    """Return a folder for kernels of these sources; where the user's cannot be written, one for this process."""
     root, digest = Path(__file__).parents[2], sha256(f"{numba.__version__} {np.__version__}".encode())
     for source in sorted(source for room in ROOMS for source in root.glob(f"{room}/kernels/*.py")):
         digest.update(source.read_bytes())
@@ -61,8 +60,8 @@ FOLDER = folder_of_kernels()
 
 EMPTY = not any(FOLDER.rglob("*.nbi"))
 
+# Kernels make no arrays, so they count no references: the loop on a plate would take 3.4 times as long
 OPTIONS: Any = {"error_model": "numpy", "_nrt": False}
-"""Kernels make no arrays, so they count no references: the loop on a plate would take 3.4 times as long."""
 
 
 def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:

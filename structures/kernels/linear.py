@@ -10,16 +10,15 @@ from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
+# The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero
 SMALLEST = 1e-180
-"""The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero."""
 
 
 @by_type
 def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
     """Put the state at the end of a window in which no force acts into `free`.
 
-    contact: records of the contacts. Their pending forces are those of the window before; the state without the
-    response to them may stay so.
+    contact: records of the contacts, with the pending forces of the window before.
     """
     raise NotImplementedError
 
@@ -138,7 +137,6 @@ def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Co
     """Return the structures of a run as one piece.
 
     parts: a window of each. rows: for each the contacts of the run at its contact points, −1 where nothing touches.
-    contacts: of the run.
     """
     alike = all(isinstance(part, Oscillators) for part in parts)
     if not alike:

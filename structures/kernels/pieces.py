@@ -21,7 +21,7 @@ def by_type(function: Function, small: bool = True, **options: Any) -> Function:
 
     In compiled code and in Python it stands for the static method of this name of that class. function: what it does
     for classes that have none; if it raises NotImplementedError, every class must. small: whether it becomes a part of
-    its callers, which costs nothing at each call and longer to compile. options: of Numba's compiler.
+    its callers. options: of Numba's compiler.
 
     Examples
     --------

@@ -3,9 +3,9 @@
 from structures.kernels.compiling import entry
 from structures.structure import Vector
 
+# Points that are inserted together, each one row behind the last: the processor divides for one while it waits for
+# another
 LANES = 4
-"""Points that are inserted together, each one row behind the last: the processor divides for one while it waits for
-another."""
 
 
 @entry

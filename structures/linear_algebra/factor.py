@@ -15,19 +15,16 @@ from structures.linear_algebra.one_thread import one_thread
 Vector: TypeAlias = NDArray[np.float64]
 Solve: TypeAlias = Callable[[Vector], Vector]
 
-AT_ONCE = 16
-"""Right-hand sides that are solved together, which takes less than half as long for each as alone."""
+AT_ONCE = 16  # Right-hand sides that are solved together, which takes less than half as long for each as alone
 
+# A matrix of at most this many rows is factorised immediately to look for negative eigenvalues, in one or two
+# milliseconds. Larger matrices are checked when they are factorised or projected anyway (`reduce`, windows).
 SMALL_MATRIX = 500
-"""A matrix of at most this many rows is factorised immediately to look for negative eigenvalues, in one or two
-milliseconds. Larger matrices are checked when they are factorised or projected anyway (`reduce`, windows).
-"""
 
+# Negative eigenvalues closer to zero are attributed to rounding: those of D^−½ A D^−½, with D the diagonal of A (of
+# rigid motions of thin plates they are below 1e-12); and those of A as a fraction of its largest diagonal entry, as
+# the rounding of a projection VᵀAV depends on the size of A
 EIGENVALUE_ROUNDING, PROJECTION_ROUNDING = 1e-9, 1e-13
-"""Negative eigenvalues closer to zero are attributed to rounding: those of D^−½ A D^−½, with D the diagonal of A (of
-rigid motions of thin plates they are below 1e-12); and those of A as a fraction of its largest diagonal entry, as the
-rounding of a projection VᵀAV depends on the size of A.
-"""
 
 UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
 
@@ -45,10 +42,8 @@ def decomposition(matrix: sparse.sparray) -> SuperLU:
 
 
 def factorise(matrix: sparse.sparray | Vector) -> Solve:
-    """Return a function that solves matrix · x = y for a symmetric positive definite matrix; y: n numbers, or n × q.
-
-    Rows and columns are first scaled by 1/√diagonal, because Hermite degrees of freedom have different units.
-    """
+    """Return a function that solves matrix · x = y for a symmetric positive definite matrix; y: n numbers, or n × q."""
+    # Hermite degrees of freedom have different units.
     scale = 1.0 / np.sqrt(matrix.diagonal())
     if isinstance(matrix, np.ndarray):
         factors = lu_factor(scale[:, None] * matrix * scale, check_finite=False)
@@ -76,11 +71,7 @@ def compliance_at(stiffness: sparse.sparray, places: NDArray[np.int64]) -> Vecto
 
 
 class Matrices:
-    """Mass M and stiffness K of a body, n × n: checked once, and factorised once for each shift.
-
-    Structures that share M and K, such as those of many contact points on one mesh, share this object. A copy, also
-    one in another process, starts without factorisations.
-    """
+    """Mass M and stiffness K, n × n, of structures on one mesh: checked once, and factorised once for each shift."""
 
     def __init__(self, mass: Any, stiffness: Any) -> None:
         self.mass, self.stiffness = symmetric("mass", mass), symmetric("stiffness", stiffness)
@@ -101,14 +92,12 @@ class Matrices:
             self._examined = True
 
     def __getstate__(self) -> dict[str, Any]:
+        """Leave out factorisations, for copies and other processes."""
         return {**self.__dict__, "_solves": {}}
 
 
 def symmetric(name: str, value: Any) -> sparse.csr_array:
-    """Return a matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite.
-
-    Only small matrices are examined for negative eigenvalues here.
-    """
+    """Return a matrix as a csr_array that is square, finite, symmetric and, if it is small, positive semidefinite."""
     matrix = value if sparse.issparse(value) else np.atleast_2d(numbers(name, value))
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise ValueError(f"{name} has shape {matrix.shape}: must be square")
@@ -152,10 +141,7 @@ def check_definite(name: str, matrix: sparse.csr_array) -> None:
 
 @one_thread
 def is_definite(name: str, matrix: sparse.csr_array) -> bool:
-    """Return whether a symmetric matrix has no negative eigenvalue beyond rounding, and a mass no zero one.
-
-    Empty rows are left out: a degree of freedom may be massless.
-    """
+    """Return whether a symmetric matrix, without its empty rows, has no negative eigenvalue, and a mass no zero one."""
     used = np.flatnonzero(matrix.diagonal())
     if used.size == matrix.count_nonzero():
         return True  # diagonal, and its entries are positive
@@ -184,7 +170,8 @@ def is_definite(name: str, matrix: sparse.csr_array) -> bool:
 def numbers(name: str, values: object) -> Vector:
     """Return an array of finite numbers, or raise a ValueError."""
     try:
-        array = np.asarray(values, dtype=float)
+        given: NDArray[Any] = np.asarray(values)
+        array = np.asarray(np.nan if given.dtype.kind == "c" else given, dtype=float)
     except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
     if not np.isfinite(array).all():

@@ -4,13 +4,12 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+# Numbers over the size of their file, as no filter of HDF5 itself packs more densely; and bytes that are never too
+# many
 LARGEST_RATIO, SMALL = 1100, 10_000_000
-"""Numbers over the size of their file, as no filter of HDF5 itself packs more densely; and bytes that are never too
-many.
-"""
 
+# Filters that HDF5 and h5py bring along; it loads the program of any other from a folder of plugins
 OWN_FILTERS = {1, 2, 3, 4, 5, 6, 32000}
-"""Filters that HDF5 and h5py bring along; it loads the program of any other from a folder of plugins."""
 
 
 def check_hdf5(source: str | Path | BytesIO, name: str) -> None:

@@ -5,27 +5,25 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from structures.caution import caution
 from structures.checks import count_of, did_you_mean, one_of
-from structures.meshes.split_cells import Numbers as Numbers
-from structures.meshes.split_cells import triangles
 from structures.structure import Vector
 
+Numbers: TypeAlias = NDArray[np.int64]
 Tag: TypeAlias = str | int
 Groups: TypeAlias = dict[Tag, Numbers]
 
-LONGEST_SIDE = 10.0
-"""m. Longer bodies and plates are assumed to be in millimetres."""
+LONGEST_SIDE = 10.0  # m. Longer bodies and plates are assumed to be in millimetres.
 
+# meshio's types of flat cells and their numbers of corners
 FLAT_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-"""meshio's types of flat cells and their numbers of corners."""
 
-FARTHEST, LARGEST_TAG = 1e12, 2.0**53
-"""Coordinates are smaller, in any unit of length; and larger numbers are no tags."""
+FARTHEST, LARGEST_TAG = 1e12, 2.0**53  # Coordinates are smaller, in any unit of length; and larger numbers are no tags
 
+# meshio's name of the data that number gmsh's groups: 0 for cells of no group, negative for a group turned over
 GMSH = "gmsh:physical"
-"""meshio's name of the data that number gmsh's groups: 0 for cells of no group, negative for a group turned over."""
 
 NO_GROUPS = "; gmsh wrote no physical groups, as with Mesh.SaveAll = 1 in files of version 2.2: save them without it"
 
@@ -80,26 +78,19 @@ def cells_of(source: Any, block: int) -> Numbers:
     return cells
 
 
-def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[Vector, Numbers, Numbers]:
-    """Return the points and cells without unused points, corners first; and the new number of each point, or −1.
-
-    alias: for each point the one that stands for it.
-    """
+def used(points: Vector, cells: Numbers, corners: int) -> tuple[Vector, Numbers, Numbers]:
+    """Return the points and cells without unused points, corners first; and the new number of each point, or −1."""
     first = np.unique(cells[:, :corners])
     cell_order = np.concatenate([first, np.setdiff1d(cells, first)])
     number = np.full(len(points), -1)
     number[cell_order] = np.arange(cell_order.size)
-    number = number[alias]
     if (number < 0).any():
         caution(f"mesh: {(number < 0).sum()} of {len(points)} points belong to no cell and are dropped")
     return points[cell_order], number[cells], number
 
 
 def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) -> None:
-    """Raise a ValueError for a mesh that is probably in millimetres: longer than LONGEST_SIDE, or for what was found.
-
-    what: that, in words. scale: m per unit of the mesh, where the user gave it.
-    """
+    """Raise a ValueError for a mesh that is probably in millimetres; what: the reason, other than its size."""
     if scale is None and (np.ptp(points, axis=0).max() > LONGEST_SIDE or unlikely):
         raise ValueError(
             f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
@@ -109,7 +100,7 @@ def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) 
 def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
     """Return the members of the blocks by name and by number; members are numbered through all blocks.
 
-    field: the name of the data of cells that numbers them; None is gmsh's groups, or the only such data of the file.
+    field: the data of cells that numbers them; None is gmsh's groups, or the only such data of the file.
     """
     sizes = [len(source.cells[i].data) for i in blocks]
     groups: Groups = {}
@@ -121,15 +112,12 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
                 f"mesh: the set {name!r} has {count_of(len(parts), 'block')} of members, the cells have "
                 f"{len(source.cells)}, and which is not known; give the path of the file in place of meshio.read(path)"
             )
-        lists = [
-            start + _members(name, [] if parts[i] is None else parts[i], size)
-            for i, size, start in zip(blocks, sizes, np.cumsum([0, *sizes]), strict=False)
-        ]
-        groups[name] = np.concatenate(lists) if lists else np.zeros(0, dtype=np.int64)
+        groups[name] = np.zeros(0, dtype=np.int64)
+        for i, size, start in zip(blocks, sizes, np.cumsum([0, *sizes]), strict=False):
+            members = _members(name, [] if parts[i] is None else parts[i], size)
+            groups[name] = np.append(groups[name], start + members)
 
     fields = tag_fields(source)
-    if field is not None and not fields:
-        raise ValueError(f"tags = {field!r}: the mesh has no data that numbers its cells")
     if field is not None:
         one_of("tags", field, fields)
     chosen = field or (GMSH if GMSH in fields else fields[0] if len(fields) == 1 else None)
@@ -148,15 +136,13 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
 
 def tag_fields(source: Any) -> list[str]:
     """Return the names of data with a whole number for each cell; those stored as integers, where there are any."""
-    kinds: dict[str, list[str]] = {"iu": [], "f": []}
+    whole, stored = list[str](), list[str]()
     for name, parts in source.cell_data.items():
-        arrays = [np.asarray(part) for part in parts]
-        if not all(array.size == len(array) and array.dtype.kind in "iuf" for array in arrays):
-            continue
-        numbers = np.concatenate([array.ravel() for array in arrays]).astype(float)
-        if (np.abs(numbers) < LARGEST_TAG).all() and (numbers == np.round(numbers)).all():
-            kinds["iu" if all(array.dtype.kind in "iu" for array in arrays) else "f"].append(name)
-    return kinds["iu"] or kinds["f"]
+        kinds, numbers = {np.asarray(part).dtype.kind for part in parts}, np.concatenate([*map(np.ravel, parts)])
+        if kinds <= set("iuf") and numbers.size == sum(map(len, parts)) and (np.abs(numbers) < LARGEST_TAG).all():
+            whole += [name] * bool((numbers == np.round(numbers)).all())
+            stored += [name] * (kinds <= set("iu"))
+    return stored or whole
 
 
 def hint_of(source: Any, field: str | None) -> str:
@@ -172,36 +158,31 @@ def hint_of(source: Any, field: str | None) -> str:
 def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, int], field: str | None) -> Tags:
     """Return by tag the boundary facets that the file lists as cells, or whose corners all belong to a set of points.
 
-    mesh: scikit-fem's. number: the mesh's number of each of the file's points, or −1. kinds: meshio's types of facets,
-    and their numbers of corners. field: as in `tagged`.
+    mesh: scikit-fem's. number: of each of the file's points in it. kinds: types of facets and their numbers of corners.
     """
     boundary = mesh.boundary_facets()
     corners = np.sort(mesh.facets[:, boundary], axis=0).T
     place = {tuple(key): facet for key, facet in zip(corners.tolist(), boundary.tolist(), strict=True)}
     blocks = [i for i, block in enumerate(source.cells) if block.type in kinds]
-    parts: tuple[list[int], list[int]] = ([], [])
+    found: list[int] = []
     for i in blocks:
         facets = number[cells_of(source, i)[:, : kinds[source.cells[i].type]]]
-        # Both triangles of a quadrilateral where cells were split.
-        halves = triangles(facets) if facets.shape[1] > corners.shape[1] else (facets, facets)
-        for part, half in zip(parts, halves, strict=True):
-            part += [place.get(tuple(key), -1) for key in np.sort(half).tolist()]
-    pairs = np.array(parts, dtype=np.int64).T.reshape(-1, 2)
+        found += [place.get(tuple(key), -1) for key in np.sort(facets).tolist()]
     groups, left = {}, {}
     for tag, members in tagged(source, blocks, mesh.dim() - 1, field).items():
-        facets = pairs[members]
+        facets = np.array(found, dtype=np.int64)[members]
         groups[tag] = np.unique(facets[facets >= 0])
-        inside = (facets < 0).any(axis=1)
+        inside = facets < 0
         if inside.any():
             left[tag] = f"{inside.sum()} of its {inside.size} facets lie inside the mesh or on no cell, and are left"
     for tag, members in source.point_sets.items():
         if tag in groups:
             continue
         points = np.unique(number[_members(tag, members, len(number))])
-        inside = np.isin(corners, points[points >= 0]).all(axis=1)
-        groups[tag] = boundary[inside]
+        held = np.isin(corners, points[points >= 0]).all(axis=1)
+        groups[tag] = boundary[held]
         # Midpoints of curved facets are no corners.
-        alone = np.intersect1d(np.setdiff1d(points, corners[inside]), mesh.t)
+        alone = np.intersect1d(np.setdiff1d(points, corners[held]), mesh.t)
         if alone.size:
             left[tag] = f"{alone.size} of its {points.size} points are corners of no facet that it holds, and are left"
     return Tags(groups, hint_of(source, field), left)

@@ -1,4 +1,6 @@
-"""Topology of a mesh: cells listed twice, points that coincide, cells that overlap, and parts that are not joined."""
+"""Topology of a mesh: sides of cells, cells listed twice, cells that overlap, and parts that are not joined."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy import sparse
@@ -6,39 +8,25 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from structures.caution import caution
-from structures.checks import count_of, positive
+from structures.checks import count_of
 from structures.meshes.mesh_reading import Numbers, near
-from structures.meshes.split_cells import Sides
 from structures.structure import Vector
-from structures.units import readable
 
-COINCIDENT = 1e-6
-"""Points coincide that lie closer than this part of the shortest edge."""
+COINCIDENT = 1e-6  # Points coincide that lie closer than this part of the shortest edge
 
-LARGEST_MERGE = 0.5
-"""`merge` is at most this part of the shortest edge, so that no cell loses an edge."""
+Sides = Sequence[Sequence[int]]
+# Corners of the sides of a cell in meshio's order, seen from outside in the same sense
+TRIANGLE: Sides = ((0, 1), (1, 2), (2, 0))
+QUADRILATERAL: Sides = ((0, 1), (1, 2), (2, 3), (3, 0))
+TETRAHEDRON: Sides = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+HEXAHEDRON: Sides = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
 
-def merged(points: Vector, used: Numbers, shortest: float, distance: float | None) -> Numbers:
-    """Return for each point the point that stands for it, after those of cells were joined within a distance, m.
-
-    shortest: the shortest edge, m.
-    """
-    alias = np.arange(len(points))
-    if distance is None:
-        return alias
-    if positive("merge", distance, "m") > LARGEST_MERGE * shortest:
-        raise ValueError(
-            f"merge = {readable(distance, 'm')}: must be below {readable(LARGEST_MERGE * shortest, 'm')}, half the "
-            "shortest edge of the mesh"
-        )
-    pairs = cKDTree(points[used]).query_pairs(distance, output_type="ndarray")
-    if not len(pairs):
-        caution(f"merge = {readable(distance, 'm')}: no two points of the mesh lie so close, and none are joined")
-    group = _pieces(used.size, *pairs.T)[1]
-    first = np.unique(group, return_index=True)[1]
-    alias[used] = used[first[group]]
-    return alias
+def edge_lengths(points: Vector, corners: Numbers, sides: Sides) -> Vector:
+    """Return the lengths of the edges of cells, m."""
+    pairs = {tuple(sorted((side[i - 1], side[i]))) for side in sides for i in range(len(side))}
+    first_ends, last_ends = np.array(sorted(pairs)).T
+    return np.asarray(np.linalg.norm(points[corners[:, first_ends]] - points[corners[:, last_ends]], axis=2))
 
 
 def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
@@ -85,14 +73,14 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
 
     # Points of the boundary that coincide are a seam.
     boundary = np.unique(facets[first[times == 1]])
-    distance = COINCIDENT * shortest
-    close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < distance
+    close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < COINCIDENT * shortest
     seam, join = "none of their points coincide", "mesh them as one body"
     if close.any():
         coincide = count_of(int(close.sum()), "point coincides", "points coincide")
         seam = f"{coincide} with others, the first at {near(points[boundary[close]][:1])}"
-        join = f"merge={distance:.1g} joins them"
-    parts, part = _pieces(len(corners), owner[left], owner[right])
+        join = "remove duplicate nodes, as gmsh does"
+    neighbours = sparse.coo_array((np.ones(left.size), (owner[left], owner[right])), shape=(len(corners), len(corners)))
+    parts, part = connected_components(neighbours, directed=False)
     if parts > 1:
         small = np.bincount(part).argmin()
         common = np.intersect1d(corners[part == small], corners[part != small])
@@ -106,10 +94,3 @@ def _kinds(rows: Numbers) -> tuple[Numbers, Numbers]:
     """Return the first row of each kind, and each row's kind."""
     _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first, kind.ravel()
-
-
-def _pieces(size: int, left: Numbers, right: Numbers) -> tuple[int, Numbers]:
-    """Return how many connected pieces a graph has, and the piece of each of its points."""
-    graph = sparse.coo_array((np.ones(left.size, dtype=bool), (left, right)), shape=(size, size))
-    count, label = connected_components(graph, directed=False)
-    return int(count), label

@@ -45,18 +45,12 @@ def near(distance: float) -> hl.CoSimulation:
         (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must lie between"),
         (lambda: hl.reduce(near(0.02).structure.structure, 1e-4, pulse=1e-300), "pulse = 1e-300: must lie between"),
         (lambda: hl.theory.yield_pressure(None), "material = None: must be a Material"),
-        (lambda: hl.theory.indentation_modulus("x"), "stiffness = 'x': must be 6 × 6"),
-        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "must be 6 × 6"),
-        (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "must be 6 × 6"),
-        (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "must be three positive numbers"),
-        (
-            lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]),
-            "poisson_ratios = [[1, 2], [3]]: must be",
-        ),
-        (
-            lambda: hl.theory.orthotropic_stiffness(PLY[0], PLY[1], {}),
-            "shear_moduli = {}: must be three positive numbers",
-        ),
+        (lambda: hl.theory.indentation_modulus("x"), "stiffness: must hold finite numbers"),
+        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "stiffness: must hold finite numbers"),
+        (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "stiffness: must hold finite numbers"),
+        (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "moduli: must hold finite numbers"),
+        (lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]), "poisson_ratios: must hold finite"),
+        (lambda: hl.theory.orthotropic_stiffness(PLY[0], PLY[1], {}), "shear_moduli: must hold finite numbers"),
     ],
 )
 def test_it_is_named(call: Callable[[], object], message: str) -> None:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import sparse
 
 import hertzlink as hl
 from structures.bodies import layers as theory
@@ -32,7 +31,6 @@ STRUCK = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=6)
 TWO = hl.rod(LAYERS, base="contact", elements=6)
 BLOCK = hl.Structure(np.eye(1), np.eye(1), None, np.ones(1), 0.0, FLAT)
 MOVING, TWO_MOVING = hl.stepping.MovingStructure(STRUCK), hl.stepping.MovingStructure(TWO)
-NEGATIVE = sparse.csr_array(-np.eye(BAR.size))
 
 SPRING = np.array([[2e7, -1e7], [-1e7, 1e7]])
 MASS = np.diag([0.01, 0.02])
@@ -145,9 +143,10 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: hl.theory.orthotropic_stiffness((1e9,) * 3, (0.6,) * 3, (4e8,) * 3),
             r"poisson_ratios = \(0\.6, .*too large",
         ),
-        (lambda: hl.theory.indentation_modulus(np.eye(3)), r"stiffness: has shape \(3, 3\), must be 6 × 6"),
-        (lambda: hl.theory.indentation_modulus(np.eye(6) + np.eye(6, k=1)), "stiffness: must be symmetric"),
-        (lambda: hl.theory.indentation_modulus(-np.eye(6)), "stiffness: must be positive definite"),
+        *[
+            (lambda bad=bad: hl.theory.indentation_modulus(bad), "stiffness: must be a symmetric, positive definite")
+            for bad in (np.eye(3), np.eye(6) + np.eye(6, k=1), -np.eye(6))
+        ],
         # Damping
         (lambda: hl.damped(None, Rayleigh()), "structure = None: must be a Structure"),
         (lambda: hl.damped(BAR, Rayleigh(-1.0)), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
@@ -167,21 +166,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="glassy")),
             "modulus = 'glassy': must be one of",
         ),
-        (
-            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), np.eye(3)),
-            r"part has shape \(3, 3\): must be \(2, 2\)",
-        ),
-        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), NEGATIVE), "part: must be positive semidefinite"),
-        (
-            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[1.0, 2.0], [2.0, 1.0]]),
-            "part: must be positive semi",
-        ),
-        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[1.0, 1.0], [0.0, 1.0]]), "part: must be symmetric"),
-        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), "PTFE"), "part: must hold finite numbers"),
-        (
-            lambda: hl.damped(BAR, StandardLinearSolid(0.5, 1e-5, modulus="instantaneous"), 3.0 * BAR.stiffness),
-            r"part: 0\.5 of it is more than the structure's stiffness",
-        ),
+        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), "PTFE"), "part = 'PTFE': must be a whole number"),
         (
             lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1e-5)), StandardLinearSolid(1.0, 1e-5)),
             "part: the structure has Maxwell arms already",
@@ -192,7 +177,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: hl.damped(hl.reduce(BAR, 1e-3), StandardLinearSolid(1.0, 1e-5), part=0),
             "this rod lost its field when it was reduced",
         ),
-        (lambda: hl.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9), "part = 9: must be below"),
+        (lambda: hl.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9), "part = 9: must be .* at most 1"),
         # Moving structures
         (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
         *[
