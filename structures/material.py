@@ -17,12 +17,8 @@ class Material:
 
     Parameters
     ----------
-    youngs_modulus : float
-        Young's modulus E, Pa.
-    poisson_ratio : float
-        Poisson's ratio ν, between -1 and 0.5, both excluded.
-    density : float
-        Mass density ρ, kg/m³.
+    youngs_modulus, poisson_ratio, density : float
+        E, Pa; ν, between -1 and 0.5, both excluded; ρ, kg/m³.
     name : str
         Name for tables and results.
     yield_strength : float, optional

@@ -225,9 +225,7 @@ def surfaces_of(structure: Any) -> tuple[Surface, ...]:
 
 @described_as(called="half-space", also=("wall",))
 def half_space(material: Material) -> Structure:
-    """An elastic half-space with a flat surface.
-
-    It has no degrees of freedom: Hertz's law already contains its quasi-static indentation. No wave returns from it.
+    """An elastic half-space: Hertz's law contains its quasi-static indentation, and no wave returns from it.
 
     Parameters
     ----------

@@ -25,10 +25,8 @@ class Surface:
     ----------
     material : Material
         The material of the body.
-    curvature : float
-        First principal curvature, 1/m: 1/R for a sphere, 0 for a flat, negative for a concave surface.
-    second_curvature : float, optional
-        Second principal curvature, 1/m; by default equal to the first.
+    curvature, second_curvature : float
+        Principal curvatures, 1/m: 1/R for a sphere, 0 for a flat, negative for a concave surface; equal by default.
     direction : float
         Direction of the first curvature, an angle about the common normal, rad.
 

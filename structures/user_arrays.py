@@ -9,11 +9,7 @@ from structures.units import factor
 
 
 def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """Return `values` as an array of floats in an SI unit, or raise a ValueError.
-
-    The units of a DataArray and of a pint quantity are converted; moments of datetime64 count from the first one.
-    Masked and complex numbers, and text, are refused.
-    """
+    """Return `values` as an array of floats in an SI unit; of a DataArray, Series, pint quantity, or moments, too."""
     array: Any = values
     stated = ""
     if hasattr(array, "attrs") and hasattr(array, "values"):  # a DataArray, or a Series of pandas

@@ -68,7 +68,7 @@ def damped(thickness: float, away: float) -> hl.CoSimulation:
     [
         (on_plate, True),
         (lambda thickness, away: on_plate(thickness, away).for_run(1e-4), True),
-        (damped, True),
+        (damped, False),
         (lambda thickness, away: on_plate(2e-3, 0.04, thickness + away), True),
     ],
 )

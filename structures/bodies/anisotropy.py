@@ -21,12 +21,10 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
 
     Parameters
     ----------
-    moduli : array_like
-        Young's moduli E₁, E₂, E₃, Pa.
+    moduli, shear_moduli : array_like
+        Young's moduli E₁, E₂, E₃, and G₂₃, G₁₃, G₁₂, Pa.
     poisson_ratios : array_like
         ν₂₃, ν₁₃, ν₁₂. νᵢⱼ is the contraction along j over the extension along i, under tension along i.
-    shear_moduli : array_like
-        G₂₃, G₁₃, G₁₂, Pa.
 
     Returns
     -------

@@ -60,7 +60,7 @@ def contact_time(mass: Number, stiffness: Number, speed: float) -> Any:
     Parameters
     ----------
     mass, stiffness, speed : float or ndarray
-        Mass m, kg (of two free bodies m₁m₂/(m₁ + m₂)); k of Hertz's law F = k δ^1.5, N/m^1.5; approach speed v, m/s.
+        Mass m, kg (of two free bodies m₁m₂/(m₁ + m₂)); k of Hertz's law, N/m^1.5; approach speed v, m/s.
 
     Returns
     -------
@@ -90,10 +90,8 @@ def time_of_flight(
 
     Parameters
     ----------
-    beads : float
-        Number N of beads from the sensor to the structure, five or more: 13 for sensor 7 of 20 beads.
-    mass : float
-        Mass m of a bead, kg.
+    beads, mass : float
+        Number N of beads from the sensor to the structure, five or more, and the mass m of one, kg.
     chain_stiffness, wall_stiffness : float or ndarray
         Stiffness of Hertz's law, N/m^1.5, between two beads (k_c), and between the last one and the structure (k_w).
     striker_speed : float
@@ -251,7 +249,7 @@ def secondary_delay(upper_mass: Number, lower_mass: Number, lower_stiffness: Num
     upper_mass, lower_mass : float or ndarray
         Masses M_u and M_l of the layers, kg; M_l may be zero.
     lower_stiffness : float or ndarray
-        Stiffness k_d of the lower layer, N/m, such as `theory.layer_stiffness`.
+        k_d, N/m, as of `theory.layer_stiffness`.
 
     Returns
     -------

@@ -35,10 +35,8 @@ class Layer:
     ----------
     material : Material
         The material of the layer.
-    length : float
-        Length along the axis, m.
-    radius : float
-        Radius, m, at most 5 m.
+    length, radius : float
+        Length along the axis and radius, m.
 
     Examples
     --------
@@ -124,7 +122,7 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
 def rod_parts(
     layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] | None = None
 ) -> list[sparse.csr_array]:
-    """The contribution of each layer to the stiffness of `rod`, n × n, N/m, whose arguments these are."""
+    """Return the contribution of each layer to the stiffness of `rod`, n × n, N/m."""
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     counts, _, springs = _of_layers(layers, elements)
     free = np.delete(np.arange(springs[0].shape[0]), [sum(counts)] if base == "fixed" else [])

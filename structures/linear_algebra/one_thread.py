@@ -18,9 +18,8 @@ def _take_control() -> None:
 class _OneThread(ContextDecorator):
     """Dense linear algebra (BLAS) of this process takes one thread within the block, or within a decorated function.
 
-    Threads gain nothing for matrices of some hundred rows. Beside other work they wait for each other, and a reduction
-    takes several times as long (benchmarks/factorisation.py). Blocks of several threads may overlap: the setting before
-    the first returns after the last.
+    Beside other work threads wait for each other, and a reduction takes several times as long. Blocks of several
+    threads may overlap: the setting before the first returns after the last.
     """
 
     def __init__(self) -> None:

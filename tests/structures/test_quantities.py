@@ -102,10 +102,6 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
         r"Modal ratio = 2: is read as 2 times the critical damping, .* mean \S+ %\?",
     ),
     (
-        lambda: hl.identifiability(tapped, sample_every=1e-2, sensors=[5], until=2e-2, modulus=3e9),
-        r"identifiability sample_every = 0\.01: is read as 0\.01 s, .* mean \S+ µs or ms\?",
-    ),
-    (
         lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(0.1, 30.0)),
         r"StandardLinearSolid time = 30: .* µs or ms\?",
     ),
