@@ -15,6 +15,7 @@ from scipy import sparse
 from structures.bodies.rod import Layer, rod_parts
 from structures.checks import instance, whole
 from structures.described import described, described_as, description
+from structures.fineness import fineness
 from structures.material import Material
 from structures.maxwell import maxwell_arms, root_of, with_arms
 from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
@@ -232,7 +233,7 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
         return known_field(structure).stiffness_parts()
     layers = [Layer(**{**layer, "material": Material(**layer["material"])}) for layer in origin["layers"]]
     counts = set(origin["elements"])
-    return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
+    return rod_parts(layers, origin["base"], counts.pop() // fineness().cells if len(counts) == 1 else None)
 
 
 def _damped(structure: Structure, matrix: sparse.sparray, damping: Viscous) -> Structure:
