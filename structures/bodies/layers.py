@@ -70,7 +70,7 @@ def contact_time(mass: Number, stiffness: Number, speed: float) -> Any:
     Examples
     --------
     >>> round(hl.theory.hertz_contact_time(mass=3.5e-3, stiffness=9.8e9, speed=0.44) * 1e6, 1)
-    39.6
+    39.8
     """
     return HERTZ_COLLISION * (mass / stiffness) ** 0.4 / speed**0.2
 
@@ -107,7 +107,7 @@ def time_of_flight(
     Examples
     --------
     >>> round(hl.theory.primary_time_of_flight(13, 3.5e-3, 7.06e9, 9.8e9, striker_speed=hl.drop_speed(0.01)) * 1e6)
-    473
+    472
     """
     transits = BEAD_TRANSIT * beads * (1.0 + restitution**-0.2)
     flight = (HERTZ_COLLISION * wall_stiffness**-0.4 + transits * chain_stiffness**-0.4) * mass**0.4
