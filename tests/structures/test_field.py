@@ -180,8 +180,8 @@ def test_reduced_fields_are_those_of_the_full_structure() -> None:
 def test_where_there_is_no_field() -> None:
     for structure, message in (
         (hl.rod([LAYER]), "this rod has no field; cylinders, solids and plates"),
-        (hl.half_space(hl.PTFE), "the half-space has no field"),
-        (hl.infinite_plate(2e-3, hl.PTFE), "the infinite plate has no field"),
+        (hl.half_space(hl.PTFE), "this half-space has no field"),
+        (hl.infinite_plate(2e-3, hl.PTFE), "this infinite plate has no field"),
     ):
         with pytest.raises(ValueError, match=message):
             known_field(structure)
