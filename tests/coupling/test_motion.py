@@ -124,7 +124,7 @@ def test_structures_that_were_not_run(run: xr.Dataset) -> None:
         hl.plots.motion(run, hl.damped(FULL, hl.damping.Rayleigh(mass_rate=1e3)), [UNTIL])
     with pytest.raises(ValueError, match=r"contact moves differently, by .* give the structure that was run"):
         hl.plots.motion(run.drop_attrs(), other, [UNTIL])
-    with pytest.raises(ValueError, match="the rod has no field"):
+    with pytest.raises(ValueError, match="this rod has no field"):
         hl.plots.motion(run, hl.rod([LAYER]), [1e-4])
     with pytest.raises(ValueError, match=r"body: was reduced for runs of at most 0\.0001 s, the run has 0\.0003 s"):
         hl.plots.motion(run, hl.reduce(FULL, until=1e-4, keep_field=True), [5e-5])
