@@ -14,8 +14,8 @@ BY_GMSH = {".msh": "gmsh", ".med": "Salome"}
 # The formats that are read, and the programs that write them
 FORMATS = BY_GMSH | {".vtu": "VTK, ParaView", ".vtk": "VTK", ".xdmf": "XDMF", ".xmf": "XDMF"}
 
-# How a file of gmsh begins. gmsh takes other text for a program, and runs it.
-GMSH_STARTS = ("$MeshFormat", "$Comments", "$NOD")
+# How files for gmsh begin. It takes other text for a program, and runs it.
+STARTS = {".msh": ("$MeshFormat", "$Comments", "$NOD"), ".med": ("\x89HDF",)}
 
 GMSH = Lock()  # gmsh has one state for all threads
 
@@ -50,8 +50,8 @@ def read_mesh(source: Any) -> Any:
             f"{name}: must be one of {', '.join(FORMATS)}; convert others by 'meshio convert {path.name} "
             f"{path.stem}.msh', or give a meshio.Mesh"
         )
-    if suffix == ".msh" and not path.read_bytes().decode("latin-1").startswith(GMSH_STARTS):
-        raise ValueError(f"{name}: is no .msh file of gmsh, which begins with $MeshFormat")
+    if not path.read_bytes()[:20].decode("latin-1").startswith(STARTS.get(suffix, "")):
+        raise ValueError(f"{name}: is no {suffix} file of {FORMATS[suffix]}, which begins with {STARTS[suffix][0]!r}")
     try:
         if suffix in BY_GMSH:
             mesh = _by_gmsh(path)
