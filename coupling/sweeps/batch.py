@@ -66,42 +66,37 @@ def batch(
     Parameters
     ----------
     runs : sequence of Chain or CoSimulation, or callable
-        What to run. A function returns it from the parameters; but for the runs that choose `save_every`, it is called
-        for each when its turn comes, in any thread.
+        What to run. A function returns it from the parameters; it is called for each run in its turn, in any thread.
     until : float
         Length of each record, s.
     structure : Structure, optional
         What the chains of a sequence of chains face; by default nothing.
     save_every : float, optional
-        Time between saved samples, s. By default at most 1/32 of the shortest contact, in whole windows: of all runs;
-        of a function, of those with the least and the greatest value of each parameter. A run with a shorter contact
-        has windows half as long.
+        Time between saved samples, s; by default at most 1/32 of the shortest contact of all runs, or of those at the
+        ends of each parameter.
     sensors : sequence of int, optional
-        Numbers of the beads to keep, each with its two contacts; by default all. The last bead's second contact is that
-        on the structure.
+        Numbers of the beads to keep, each with its two contacts; by default all.
     dt : float, optional
-        Time step of chains, s; by default each chain has its own. A CoSimulation has its own.
+        Time step of chains, s; by default each has its own.
     threads : int, optional
         Number of threads; by default one for each core.
     measure : callable, optional
-        Takes the Dataset of some hundred runs and returns the Dataset or DataArray to keep, with the dimension "run",
-        such as ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only these runs are in memory at a time.
+        Takes the Dataset of some hundred runs and returns what to keep over the dimension "run", such as
+        ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only these runs are in memory at a time.
     **parameters : array_like
-        The arguments of the function, each one value for all runs or a list or array with a value for each run.
+        The arguments of the function, each one value for all runs or a list with a value for each run.
 
     Returns
     -------
     xarray.Dataset
-        Contact forces (N) and velocities (m/s) as in the Dataset of a run, with a first dimension "run" that has the
-        parameters as coordinates; or what `measure` keeps. Measures that need only these, such as `amplitude_ratio`,
-        work on it. A run that fails is NaN, and the variable `error` holds the reason; it is empty for the others. The
+        Contact forces (N) and velocities (m/s) as of a run, with a first dimension "run" that has the parameters as
+        coordinates; or what `measure` keeps. A run that fails is NaN, and the variable `error` holds the reason. The
         attribute `warnings` holds the first finding of each kind.
 
     Raises
     ------
     ValueError
-        If the runs differ in length, a run has several chains or a structure of the user's own, the shapes of the
-        parameters do not fit together, or the result is too large.
+        If the runs differ in length, have several chains or structures of the user's own, or the result is too large.
     RuntimeError
         If all runs fail.
 
