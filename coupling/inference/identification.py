@@ -1,6 +1,6 @@
 """Results of identification: values with intervals and verdicts, and how well the model explains the signal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import fill
@@ -141,26 +141,24 @@ class Identification:
         return iter(self.unknowns)
 
     def __str__(self) -> str:
-        rows = [("unknown", "value", "95 % interval", "verdict"), *(one.row() for one in self.unknowns.values())]
-        widths = [*(max(len(row[k]) for row in rows) for k in range(3)), 0]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
         said = "the model explains the signal" if self.explained else "the model does NOT explain the signal"
-        lines.append(f"{said}: its residual is {self.misfit:.3g} times the noise; {self.runs} runs")
-        notes = [*(f"note: {warning}" for warning in self.warnings), *self.remarks]
-        for other in self.modes[1:]:
-            units = {name: (self.unknowns[name].unit_size, self.unknowns[name].unit) for name in other}
-            also = [f"{n} = {value / units[n][0]:.4g} {units[n][1]}".rstrip() for n, value in other.items()]
-            notes.insert(0, f"fits as well: {', '.join(also)}")
-        lines += [fill(note, LINE, subsequent_indent="  ") for note in notes]
-        return "\n".join(line.rstrip() for line in lines)
+        notes = [f"{said}: its residual is {self.misfit:.3g} times the noise; {self.runs} runs"]
+        for mode in self.modes[1:]:
+            others = [(self.unknowns[name], value) for name, value in mode.items()]
+            also = (f"{one.name} = {value / one.unit_size:.4g} {one.unit}".rstrip() for one, value in others)
+            notes.append(f"fits as well: {', '.join(also)}")
+        notes += [*(f"note: {warning}" for warning in self.warnings), *self.remarks]
+        head = ("unknown", "value", "95 % interval", "verdict")
+        return as_text([head, *(one.row() for one in self.unknowns.values())], notes)
 
     def __repr__(self) -> str:
-        texts = [f"{row[0]} = {row[1]} ({row[3]})" for unknown in self.unknowns.values() if (row := unknown.row())]
-        return f"Identification({'; '.join(texts)})"
+        rows = [unknown.row() for unknown in self.unknowns.values()]
+        return f"Identification({'; '.join(f'{row[0]} = {row[1]} ({row[3]})' for row in rows)})"
 
     def _repr_html_(self) -> str:
-        rows = [(row[0], "; ".join(row[1:])) for unknown in self.unknowns.values() if (row := unknown.row())]
-        return html_table("Identification", [*rows, ("residual over noise", f"{self.misfit:.3g}")])
+        rows = [unknown.row() for unknown in self.unknowns.values()]
+        cells = [(row[0], "; ".join(row[1:])) for row in rows]
+        return html_table("Identification", [*cells, ("residual over noise", f"{self.misfit:.3g}")])
 
     def to_dataset(self) -> xr.Dataset:
         """Return everything as a Dataset: values, intervals, correlation, traces and residual.
@@ -169,11 +167,8 @@ class Identification:
         over `mode` as well: the values of all fits, NaN for the nuisances of the sensors.
         """
         names, all_of = list(self.unknowns), list(self.unknowns.values())
-        columns = {
-            "value": [one.value for one in all_of], "low": [one.interval[0] for one in all_of],
-            "high": [one.interval[1] for one in all_of], "verdict": [one.verdict for one in all_of],
-            "unit": [one.unit for one in all_of], "unit_size": [one.unit_size for one in all_of],
-        }  # fmt: skip
+        columns = {key: [getattr(one, key) for one in all_of] for key in ("value", "verdict", "unit", "unit_size")}
+        columns |= {key: [one.interval[end] for one in all_of] for end, key in enumerate(("low", "high"))}
         fits = [[fit.get(name, np.nan) for name in names] for fit in self.modes]
         data = self.data.assign_coords(unknown=names)
         data = data.assign({name: ("unknown", column) for name, column in columns.items()})
@@ -187,6 +182,18 @@ class Identification:
     def save(self, path: str | Path) -> None:
         """Write the Dataset of `to_dataset` to a netCDF file; one that exists is replaced."""
         self.to_dataset().to_netcdf(path, engine="h5netcdf")
+
+
+def as_text(rows: Sequence[Sequence[str]], notes: Sequence[str], are_numbers: bool = False) -> str:
+    """Return a table with notes below it; its cells but the first of a row may be numbers, aligned to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = list[str]()
+    for row in rows:
+        cells = [row[0].ljust(widths[0])]
+        for cell, width in zip(row[1:], widths[1:], strict=True):
+            cells.append(cell.rjust(width) if are_numbers else cell.ljust(width))
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join([*lines, *(fill(note, LINE, subsequent_indent="  ") for note in notes)])
 
 
 def unknowns_of(data: xr.Dataset) -> list[Unknown]:

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,27 +9,19 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import Identification
-from coupling.inference.intervals import YIELD, judged
+from coupling.inference.intervals import judged
 from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.inference.plates import FREQUENCY, on_modes
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
-from coupling.inference.search import SETTINGS, Search
+from coupling.inference.search import Search
+from coupling.inference.settings import SETTINGS
 from coupling.sweeps.points import progress
 from coupling.sweeps.sweep import check_build
-from structures.caution import caution
 from structures.checks import finite, not_negative, positive, short, whole
 from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import factor, readable
-
-COARSEST = 4.0
-"""Samples of a contact that a signal must have."""
-
-OF_MANY = (
-    f"identify: without a guess a fit of {SETTINGS.many_unknowns} unknowns or more may end at a wrong minimum that "
-    "explains the signal; fit again with another seed and compare"
-)
 
 
 @one_thread
@@ -55,21 +46,15 @@ def identify(
     signal : Dataset
         A signal of `read_signal` or `as_signal`, or a run.
     build : callable
-        Takes the unknowns by name and returns the CoSimulation of one chain. Where it strikes a plate that `ModalPlate`
-        covers, the modes of the plate take the place of a mesh for each run.
+        Takes the unknowns by name and returns the CoSimulation of one chain.
     nuisances : sequence of str
-        What is not known either, but of no interest. Of the sensors: "gain" (of each), "time_zero" (the impact is at
-        this time of the signal), "offset" (of each, N; it is fitted where there is a quiet lead anyway),
-        "time_constant" (of the sensors' high-pass, s). A name of
-        `ranges` may stand here, too, such as "impact_speed".
+        What is of no interest: "gain", "offset" (N) and "time_zero" (s) of the sensors, or names of `ranges`.
     sensors : sequence of int, optional
         Beads whose traces are compared; by default all of a signal. A run needs them.
     until : float, optional
-        The record counts up to this time after the impact, s; by default four times what a wave takes through the
-        chain, or what the structure was made for. Later records depend on beads that rattle.
+        The record counts up to this time after the impact, s; by default four times a wave's way through the chain.
     noise : float or mapping, optional
-        Standard deviation of a sample, N, of all sensors or sensor → value. By default the variable `noise` of the
-        signal, else it is estimated from the quiet lead, or from differences of neighbouring samples.
+        Standard deviation of a sample, N, or sensor → value; by default `noise` of the signal, or an estimate.
     starts : int
         Number of points of the scan from which least squares start.
     scan : int, optional
@@ -77,26 +62,16 @@ def identify(
     seed : int
         Of the scan's points.
     guess : mapping, optional
-        A value of each unknown near the truth. Least squares start there; of other minima only those within some
-        hundred standard deviations of the best fit are looked for.
+        A value of each unknown near the truth, from which least squares start instead of a scan.
     discrepancy : float
-        Standard deviation of what the model lacks, as a part of the greatest force at each sensor, such as 0.005 for a
-        thin plate in place of a thick one. It is correlated over a part of a contact time, so it does not average out
-        over the samples as noise does; intervals become wider by it.
+        Standard deviation of what the model lacks, as a part of the greatest force at each sensor, such as 0.005.
     **ranges : tuple of float
-        Each unknown that `build` takes, as (lowest, highest) value. A range over more than a factor of ten is searched
-        by its logarithm.
+        Each unknown as (lowest, highest) value; over more than a factor of ten its logarithm is searched.
 
     Returns
     -------
     Identification
         Values, intervals, verdicts, correlation, residuals; ``print`` shows a table.
-
-    Raises
-    ------
-    ValueError
-        For sensors that are not in the chain, unknowns that the builder does not take, and records that are too short
-        or too coarse.
 
     Warns
     -----
@@ -127,7 +102,7 @@ def identify(
     record = float(measured.time[-1] - measured.time[0])
     length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
     check_build(build, dict(ranges), "build", "unknowns")
-    discrepancy, start = not_negative("discrepancy", discrepancy), _guess(guess, wanted)
+    discrepancy, start = not_negative("discrepancy", discrepancy), None if guess is None else _guess(guess, wanted)
     modes = on_modes(build, {unknown.name: (unknown.low, unknown.high) for unknown in wanted}, length)
     prediction = Prediction(modes or build, wanted, [sensor.bead for sensor in measured.sensors], length)
     _check_record(prediction, measured.step, record)
@@ -146,12 +121,6 @@ def identify(
         found.remarks.append(
             f"whole plate: modes up to {1e-3 * FREQUENCY:g} kHz or more, for all places and thicknesses"
         )
-    for warning in found.warnings:
-        if warning.startswith(YIELD):
-            caution(warning)
-    if guess is None and len(wanted) >= SETTINGS.many_unknowns and found.explained:
-        caution(OF_MANY)
-        found = replace(found, warnings=[*found.warnings, OF_MANY])
     return found
 
 
@@ -166,9 +135,8 @@ def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[st
     return names
 
 
-def _guess(guess: Any, ranges: Sequence[Range]) -> Vector | None:
-    if guess is None:
-        return None
+def _guess(guess: Any, ranges: Sequence[Range]) -> Vector:
+    """Return the places of a guess."""
     names = [unknown.name for unknown in ranges]
     if not isinstance(guess, Mapping) or sorted(guess) != sorted(names):
         raise ValueError(f"guess = {short(guess)}: must give a value for each of {', '.join(names)}")
@@ -182,13 +150,14 @@ def _guess(guess: Any, ranges: Sequence[Range]) -> Vector | None:
 def _check_record(prediction: Prediction, step: float, record: float) -> None:
     """Refuse a record that is too coarse or too short, and name the unit of its times that would suit the chain."""
     contact, wave = prediction.contact_time, prediction.first.chain.transit_time
-    if step > contact / COARSEST:
+    coarsest = contact / SETTINGS.samples_per_contact
+    if step > coarsest:
         sizes = {unit: float(factor(unit, "s")) for unit in ("ms", "us")}
-        fits = [u for u, size in sizes.items() if size * step <= contact / COARSEST and size * record >= 0.5 * wave]
+        fits = [u for u, size in sizes.items() if size * step <= coarsest and size * record >= 0.5 * wave]
         shown = fits[0].replace("u", "µ") if fits else ""
         raise ValueError(
             f"signal: has a sample every {readable(step, 's', 4)}, too coarse for contacts of "
-            f"{readable(contact, 's', 4)}; sample at {1e-6 * COARSEST / contact:.2g} MHz or more"
+            f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
             + (f", or are its times in {shown}? Then give time_unit = {fits[0]!r}" if fits else "")
         )
     longest = min(record, prediction.until)

@@ -3,17 +3,17 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
-from textwrap import fill
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identification import BLIND, HALF, IDENTIFIED, LINE
+from coupling.inference.identification import BLIND, HALF, IDENTIFIED, NUISANCE, as_text
 from coupling.inference.identify import nuisances_of
 from coupling.inference.measured import Measured, Sensor
 from coupling.inference.misfit import GAIN, TIME_ZERO, Misfit, inverse
 from coupling.inference.prediction import Curves, Prediction, Range, check_samples, usual_length
+from coupling.inference.settings import SETTINGS
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import warn
 from coupling.results.waves import ReflectedWave
@@ -29,9 +29,6 @@ STEP = 1e-3
 
 DRAWS, SEED = 64, 0
 """Noisy traces from which the errors of AR and TOF are taken: exact to 9 %."""
-
-REACH = 1.959964
-"""Standard deviations of a 95 % interval."""
 
 SURE = 0.1
 """The user is warned where half the distance changes a bound by more than this part."""
@@ -49,8 +46,7 @@ class Information:
     values : dict
         The unknowns.
     bounds : dict
-        Cramér–Rao bound of each unknown and nuisance: the least standard deviation of an unbiased estimate, in its
-        unit; gains are relative to 1.
+        Least standard deviation of each unknown and nuisance, in its unit; those of gains are relative to 1.
     correlation : DataArray
         Correlations of the estimates.
     warnings : list of str
@@ -71,28 +67,21 @@ class Information:
         """Return "identified", or "blind" if ± 1.96 bounds exceed half of the value."""
         if name not in self.values:
             raise ValueError(f"name = {short(name)}: must be one of {', '.join(self.values)}")
-        return BLIND if REACH * self.relative[name] > HALF else IDENTIFIED
-
-    def _rows(self) -> list[tuple[str, str, str, str]]:
-        """Return name, value, half of the interval, and verdict, as text."""
-        rows = []
-        for name, bound in self.bounds.items():
-            if name in self.values:
-                verdict, part = self.verdict(name), f"± {100.0 * REACH * self.relative[name]:.2g} %"
-                rows.append((name, f"{self.values[name]:.4g}", part if verdict == IDENTIFIED else "-", verdict))
-            else:
-                rows.append((name, "", f"± {REACH * bound:.2g}", "nuisance"))
-        return rows
+        return BLIND if SETTINGS.deviations * self.relative[name] > HALF else IDENTIFIED
 
     def __str__(self) -> str:
-        rows = [("unknown", "value", "95 % at best", "verdict"), *self._rows()]
-        widths = [*(max(len(row[k]) for row in rows) for k in range(3)), 0]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
-        lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
-        return "\n".join(line.rstrip() for line in lines)
+        rows = [("unknown", "value", "95 % at best", "verdict")]
+        for name, bound in self.bounds.items():
+            if name in self.values:
+                verdict, part = self.verdict(name), f"± {100.0 * SETTINGS.deviations * self.relative[name]:.2g} %"
+                rows.append((name, f"{self.values[name]:.4g}", part if verdict == IDENTIFIED else "-", verdict))
+            else:
+                rows.append((name, "", f"± {SETTINGS.deviations * bound:.2g}", NUISANCE))
+        return as_text(rows, [f"note: {warning}" for warning in self.warnings])
 
     def _repr_html_(self) -> str:
-        return html_table("Information", [(row[0], ", ".join(row[2:])) for row in self._rows() if row[1]])
+        rows = [(name, f"{value:.4g}, {self.verdict(name)}") for name, value in self.values.items()]
+        return html_table("Information", rows)
 
 
 @one_thread
@@ -128,16 +117,6 @@ def identifiability(
     Information
         The bound of each unknown and nuisance; ``print`` shows a table.
 
-    Raises
-    ------
-    ValueError
-        For values that are zero, unknowns that the builder does not take, and sensors that are not in the chain.
-
-    Warns
-    -----
-    HertzlinkWarning
-        Of what its runs warn of, such as a contact beyond yield.
-
     References
     ----------
     Kay, Fundamentals of Statistical Signal Processing: Estimation Theory (1993), equation 3.31.
@@ -169,7 +148,7 @@ def identifiability(
     (full, missing), (halved, _) = covariance(steps), covariance(0.5 * steps)
     errors, half = np.sqrt(np.diag(full)), np.sqrt(np.diag(halved))[:size]
     parts = dict(zip(values, abs(half - errors[:size]) / errors[:size], strict=True))
-    unsure = [name for k, name in enumerate(values) if parts[name] > SURE and REACH * errors[k] <= HALF]
+    unsure = [name for k, name in enumerate(values) if parts[name] > SURE and SETTINGS.deviations * errors[k] <= HALF]
     if unsure:
         largest = 100.0 * max(parts[name] for name in unsure)
         notes.append(f"bounds of {', '.join(unsure)} are exact to {largest:.0f} % only")
@@ -242,7 +221,8 @@ class Sensitivities:
         slopes = design.prediction.slopes(design.places, design.here, self.steps)
         if not np.isfinite(slopes).all():
             raise FloatingPointError("a run beside the values failed")
-        point = design.misfit.point(design.misfit.start_at(design.places), design.here, slopes)
+        p = np.append(design.places, 0.0) if TIME_ZERO in design.misfit.free else design.places
+        point = design.misfit.point(p, design.here, slopes)
         self.columns = point.columns.reshape(len(design.prediction.sensors), -1, len(design.misfit.names))
 
     def part(self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None) -> Vector:
@@ -261,7 +241,7 @@ class Sensitivities:
         self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None
     ) -> dict[str, float]:
         """Return the bounds from all samples up to a time, s; `unknowns`: the others are known."""
-        return self._bounds(self.part(sensors, until, unknowns), self._free(unknowns))
+        return _bounds(self.part(sensors, until, unknowns), self._free(unknowns))
 
     def of_features(self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS) -> Vector:
         """Return the changes of AR and TOF with the unknowns over their errors, which come from noisy draws."""
@@ -272,8 +252,7 @@ class Sensitivities:
         clean = Curves(design.here[rows], design.prediction.interval).at(grid)
         noise = np.array([design.misfit.measured.sensors[row].noise for row in rows])[:, None]
         noisy = [design.primaries(grid, clean + random.normal(size=clean.shape) * noise, sensors) for _ in range(draws)]
-        with np.errstate(invalid="ignore"):
-            spread = np.array(noisy).std(axis=0)
+        spread = np.array(noisy).std(axis=0)
         spread = np.where(spread > 0.0, spread, np.nan)
 
         def moved(k: int, step: float) -> Vector:
@@ -282,9 +261,8 @@ class Sensitivities:
             return design.primaries(moments[early], traces[rows][:, early], sensors)
 
         # The runs of the derivatives of traces serve again.
-        steps = self.steps.tolist()
-        columns = [(moved(k, step) - moved(k, -step)) / (2.0 * step) / spread for k, step in enumerate(steps)]
-        return np.stack(columns, axis=1)
+        changes = [(moved(k, step) - moved(k, -step)) / (2.0 * step) for k, step in enumerate(self.steps.tolist())]
+        return np.stack(changes, axis=1) / spread[:, None]
 
     def features(
         self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS
@@ -295,18 +273,17 @@ class Sensitivities:
 
         def bounds(unknowns: Iterable[str] | None = None) -> dict[str, float]:
             free = self._free(unknowns)
-            return self._bounds(columns[:, [names.index(name) for name in free]], free)
+            return _bounds(columns[:, [names.index(name) for name in free]], free)
 
         return bounds
 
     def _free(self, unknowns: Iterable[str] | None) -> list[str]:
-        wanted = set(self.design.values if unknowns is None else unknowns)
-        return [name for name in self.design.values if name in wanted]
+        return [name for name in self.design.values if unknowns is None or name in unknowns]
 
-    @staticmethod
-    def _bounds(columns: Vector, free: Sequence[str]) -> dict[str, float]:
-        """Return the bounds; infinite where there is less to compare than to find, or where a wave is missing."""
-        if columns.shape[0] < columns.shape[1]:
-            return dict.fromkeys(free, inf)
-        covariance = inverse(columns)
-        return {name: float(np.sqrt(covariance[k, k])) if columns[:, k].any() else inf for k, name in enumerate(free)}
+
+def _bounds(columns: Vector, free: Sequence[str]) -> dict[str, float]:
+    """Return the bounds; infinite where there is less to compare than to find, or where a wave is missing."""
+    if columns.shape[0] < columns.shape[1]:
+        return dict.fromkeys(free, inf)
+    errors = np.sqrt(np.diag(inverse(columns)))
+    return {name: float(errors[k]) if columns[:, k].any() else inf for k, name in enumerate(free)}

@@ -18,9 +18,10 @@ from coupling.inference.identification import (
     Unknown,
 )  # fmt: skip
 from coupling.inference.measured import remembered
-from coupling.inference.misfit import GAIN, TIME_CONSTANT, TIME_CONSTANTS, TIME_ZERO, Point, inverse
+from coupling.inference.misfit import GAIN, TIME_ZERO, Point, inverse
 from coupling.inference.prediction import NUMERICAL
 from coupling.inference.search import Search, Solution
+from coupling.inference.settings import SETTINGS
 from coupling.results.findings import findings_of
 from structures.caution import caution, collected
 from structures.checks import count_of
@@ -28,20 +29,6 @@ from structures.structure import Vector
 
 YIELD = "yield: "
 """The first word of a run's finding on contacts beyond yield."""
-
-WITHIN = 6.0
-"""Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
-
-REACH = 1.959964
-"""Standard deviations of a 95 % interval."""
-
-DOUBTFUL, LARGEST_CORRELATION, LEAST_RISE, LARGEST_RISE = 0.1, 0.98, 0.8, 1.25
-"""Intervals come from the profile of χ², not from its curvature, where they are wider than this part of a range, where
-unknowns are more correlated, or where χ² at their ends rises by less or more than these parts of what its curvature
-predicts. Within these its root is nearly straight, which moves the ends."""
-
-CORRELATED = 0.25
-"""Standard deviation of the Gaussian by which a discrepancy is correlated in time, in contact times."""
 
 
 def judged(search: Search, discrepancy: float, nuisances: Sequence[str], inputs: dict[str, Any]) -> Identification:
@@ -56,7 +43,7 @@ def judged(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
             for sensor, row in zip(misfit.measured.sensors, rows, strict=True)
         ]
         misfit.count(misfit.measured._replace(sensors=sensors), misfit.time_zero(best.p))
-        solutions = [search.solved(one.p) for one in solutions if one.misfit < best.misfit + 10.0 * WITHIN]
+        solutions = [search.solved(one.p) for one in solutions if one.misfit < best.misfit + 10.0 * SETTINGS.unlikely]
         best, point, beside = search.settled(search.solved(best.p))
     covariance, size, explained = _covariance(search, point, discrepancy)
     inflation = np.maximum(np.diag(covariance) / np.diag(inverse(point.columns)), 1e-6)
@@ -68,15 +55,14 @@ def judged(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         verdict = _verdict(value, (low, high), unknown.low, unknown.high) if explained else NOT_TRUSTED
         verdict = NUISANCE if unknown.name in nuisances else verdict
         unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict, (unknown.low, unknown.high))
-    unknowns |= _of_sensors(search, point, REACH * np.sqrt(np.diag(covariance)))
+    unknowns |= _of_sensors(search, point, SETTINGS.deviations * np.sqrt(np.diag(covariance)))
 
     # What runs warned of; of yield, only what the best run does.
-    said = [warning for warning in prediction.warnings if not warning.startswith(YIELD)]
+    said, notes = [warning for warning in prediction.warnings if not warning.startswith(YIELD)], list[str]()
     if len(said) < len(prediction.warnings):
         with collected():
             run = prediction.made(**prediction.values(best.p[: misfit.size])).run(prediction.until)
-        said += (finding for finding in findings_of(run) if finding.startswith(YIELD))
-    notes = list[str]()
+        notes = [finding for finding in findings_of(run) if finding.startswith(YIELD)]
     if not explained:
         notes.append(
             f"the residual is {size:.3g} times the noise: the model lacks something, and values may be biased by more "
@@ -94,6 +80,11 @@ def judged(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
     if prediction.failed:
         notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
+    if explained and search.guess is None and misfit.size >= SETTINGS.many_unknowns:
+        notes.append(
+            f"identify: without a guess a fit of {SETTINGS.many_unknowns} unknowns or more may end at a wrong minimum "
+            "that explains the signal; fit again with another seed and compare"
+        )
     for note in notes:
         caution(note)
     root = np.sqrt(np.diag(covariance))
@@ -157,7 +148,7 @@ def _correlation_time(residuals: Sequence[Vector]) -> float:
 def _lacking(search: Search, point: Point, discrepancy: float) -> Vector:
     """Return the covariance of columnsᵀ · residual by what the model lacks: a part of each peak, of unit noise."""
     misfit, information = search.misfit, np.zeros((point.columns.shape[1],) * 2)
-    width = CORRELATED * misfit.unit / misfit.measured.step
+    width = SETTINGS.correlated * misfit.unit / misfit.measured.step
     kernel = np.exp(-0.5 * (np.arange(-int(4.0 * width), int(4.0 * width) + 1) / width) ** 2)[:, None]
     for columns, fitted, sensor in zip(
         misfit.by_sensor(point.columns), point.fitted, misfit.measured.sensors, strict=True
@@ -174,7 +165,7 @@ def _modes(
     size, modes = search.misfit.size, [best]
     deviations = 3.0 * np.sqrt(np.diag(covariance))[:size]
     for solution in sorted(others, key=lambda one: one.misfit):
-        fits = solution.misfit - best.misfit < WITHIN * inflation
+        fits = solution.misfit - best.misfit < SETTINGS.unlikely * inflation
         if fits and all((abs(solution.p - mode.p)[:size] > deviations).any() for mode in modes):
             modes.append(solution)
     return modes
@@ -185,24 +176,26 @@ def _interval(
 ) -> tuple[float, float]:
     """Return the 95 % interval of an unknown, as places. inflation: of variances, over those of noise of unit size."""
     size, place = search.misfit.size, float(best.p[k])
-    half, root = REACH * float(np.sqrt(covariance[k, k])), np.sqrt(np.diag(covariance))
+    half, root = SETTINGS.deviations * float(np.sqrt(covariance[k, k])), np.sqrt(np.diag(covariance))
     correlated = abs(covariance[k] / (root * root[k]))[:size]
     correlated[k] = 0.0
     ridge = covariance[: best.p.size, k] / covariance[k, k]
-    doubtful = half > min(DOUBTFUL, place, 1.0 - place) or correlated.max() > LARGEST_CORRELATION
+    doubtful = (
+        half > min(SETTINGS.widest_curvature, place, 1.0 - place) or correlated.max() > SETTINGS.largest_correlation
+    )
     rises = []
     if not doubtful:
         low, high = search.misfit.bounds
         line = [np.clip(best.p + side * half * ridge, low, high) for side in (-1.0, 1.0)]
-        rises = [(fit - best.misfit) / (inflation * REACH**2) for fit, _ in search.fits_at(line, best)]
-    if rises and all(LEAST_RISE < rise < LARGEST_RISE for rise in rises):
+        rises = [(fit - best.misfit) / (inflation * SETTINGS.deviations**2) for fit, _ in search.fits_at(line, best)]
+    if rises and all(SETTINGS.least_rise < rise < SETTINGS.largest_rise for rise in rises):
         ends = place - half / rises[0] ** 0.5, place + half / rises[1] ** 0.5
     else:
         below, above = (_risen(search, best, k, half, inflation, limit, ridge) for limit in (0.0, 1.0))
         ends = below, above
     # Fits that are as good lie within the interval, wherever they are, with intervals of their own.
     for mode in modes[1:]:
-        room = half * float(np.sqrt(max(1.0 - (mode.misfit - best.misfit) / (WITHIN * inflation), 0.0)))
+        room = half * float(np.sqrt(max(1.0 - (mode.misfit - best.misfit) / (SETTINGS.unlikely * inflation), 0.0)))
         ends = min(ends[0], max(mode.p[k] - room, 0.0)), max(ends[1], min(mode.p[k] + room, 1.0))
     return ends
 
@@ -213,30 +206,21 @@ def _risen(search: Search, best: Solution, k: int, half: float, inflation: float
 
     half: what the curvature predicts; ridge: by how much the others change with this unknown, at the best fit.
     """
-    latest, place, side = best.p, float(best.p[k]), 1.0 if limit > best.p[k] else -1.0
-
-    known = {place: -REACH}
-
-    def lacking(trial: float) -> float:
-        nonlocal latest
-        if trial not in known:
-            # The others move on along the ridge, else few tries would not bring them there.
-            start = np.clip(latest + (trial - latest[k]) * ridge, *search.misfit.bounds)
-            start[k] = trial
-            solution = search.solved(start, 8, 1e-3, fixed=k)
-            latest = solution.p
-            known[trial] = float(np.sqrt(max(solution.misfit - best.misfit, 0.0) / inflation)) - REACH
-        return known[trial]
-
-    inner, step = place, min(max(1.05 * half, 1e-3), 0.1)
-    while abs(limit - inner) > 5e-4:
+    latest, inner, before, side = best.p, float(best.p[k]), -SETTINGS.deviations, np.sign(limit - best.p[k])
+    step = min(max(1.05 * half, SETTINGS.finest_profile), 0.1)
+    while abs(limit - inner) > 0.5 * SETTINGS.finest_profile:
         outer = inner + side * min(step, abs(limit - inner))
-        before, after = lacking(inner), lacking(outer)
-        if 0.0 < after < REACH:
+        # The others move on along the ridge, else few tries would not bring them there.
+        start = np.clip(latest + (outer - latest[k]) * ridge, *search.misfit.bounds)
+        start[k] = outer
+        solution = search.solved(start, 8, 1e-3, fixed=k)
+        latest = solution.p
+        after = float(np.sqrt(max(solution.misfit - best.misfit, 0.0) / inflation)) - SETTINGS.deviations
+        if 0.0 < after < SETTINGS.deviations:
             # The root of χ² is nearly straight.
-            return inner - before / (after - before) * (outer - inner)
+            return float(inner - before / (after - before) * (outer - inner))
         if after <= 0.0:
-            inner, step = outer, 1.6 * step
+            inner, before, step = outer, after, 1.6 * step
         else:
             limit, step = outer, 0.5 * abs(outer - inner)
     return limit
@@ -255,16 +239,12 @@ def _verdict(value: float, interval: tuple[float, float], low: float, high: floa
 
 
 def _of_sensors(search: Search, point: Point, errors: Vector) -> dict[str, Unknown]:
-    """Return time zero, time constant and gains."""
+    """Return time zero and gains."""
     misfit, unknowns, gains = search.misfit, dict[str, Unknown](), iter(point.gains.tolist())
     for name, error in zip(misfit.names[misfit.size :], errors[misfit.size :].tolist(), strict=True):
         if name == TIME_ZERO:
             value, half = misfit.time_zero(point.p), error * misfit.unit
             unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, None, "µs", 1e-6)
-        elif name == TIME_CONSTANT:
-            value, wide = float(np.exp(point.p[-1])), float(np.exp(min(error, 50.0)))
-            ends = max(value / wide, TIME_CONSTANTS[0]), min(value * wide, TIME_CONSTANTS[1])
-            unknowns[name] = Unknown(name, value, ends, NUISANCE, None, "ms", 1e-3)
         else:
             value = next(gains)
             unknowns[name] = Unknown(name, value, (value - error, value + error), NUISANCE)

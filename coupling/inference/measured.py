@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import label, median_filter
 
 from coupling.inference.prediction import NUMERICAL
+from coupling.inference.settings import SETTINGS
 from coupling.results.measures import sensor_force
 from coupling.results.schema import kind_of
 from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
-
-FEWEST_SAMPLES, FEWEST_OF_LEAD = 16, 50
-"""Samples that a signal needs, and samples of a quiet lead that its noise is taken from: 10 % exact."""
 
 
 class Sensor(NamedTuple):
@@ -82,9 +80,9 @@ def measured_signal(
     for bead in sorted({whole("sensors", n) for n in listed("sensors", beads, object, "one bead number or more")}):
         force = np.asarray(sensor_force(data, bead).values, dtype=float)
         there = force[np.isfinite(force)]
-        if there.size < FEWEST_SAMPLES:
+        if there.size < SETTINGS.fewest_samples:
             count = count_of(there.size, "sample")
-            raise ValueError(f"signal: sensor {bead} has {count} with a number; needs {FEWEST_SAMPLES}")
+            raise ValueError(f"signal: sensor {bead} has {count} with a number; needs {SETTINGS.fewest_samples}")
         if np.ptp(there) == 0.0:
             raise ValueError(f"signal: sensor {bead} is constant, {there[0]:g} N; must hold a wave")
         if isinstance(noise, Mapping):
@@ -109,12 +107,12 @@ def _disturbed(sensor: Sensor, given: bool) -> Sensor:
     They are the autoregression and the polynomial of the lead with the least of Bayes's information criterion, if that
     is lower by 6 than of white noise alone: strong evidence (Kass and Raftery, 1995).
     """
-    orders, degrees, evidence = 4, 3, 6.0
+    orders, degrees = SETTINGS.orders_of_memory, SETTINGS.degrees_of_drift
     quiet = sensor.force[: sensor.lead] / sensor.noise
     quiet = np.where(outlying(quiet, 1.0), np.nan, quiet)
     before = np.stack([np.append(np.full(k, np.nan), quiet[:-k]) for k in range(1, orders + 1)], axis=1)
     rows = np.isfinite(quiet) & np.isfinite(before).all(axis=1)
-    if rows.sum() < FEWEST_OF_LEAD // 2:
+    if rows.sum() < SETTINGS.fewest_of_lead // 2:
         return sensor
     values, shapes = quiet[rows], legvander(np.linspace(-1.0, 1.0, quiet.size), degrees)[rows]
     fits = list[tuple[float, int, int, Vector, float]]()
@@ -124,7 +122,7 @@ def _disturbed(sensor: Sensor, given: bool) -> Sensor:
         variance = float(((values - columns @ found) ** 2).mean())
         fits.append((values.size * np.log(variance) + found.size * np.log(values.size), order, terms, found, variance))
     least, order, terms, found, variance = min(fits, key=lambda fit: fit[0])
-    if least > fits[0][0] - evidence:
+    if least > fits[0][0] - SETTINGS.strong_evidence:
         return sensor
     step = sensor.noise * variance**0.5
     if not order:
@@ -165,11 +163,11 @@ def lead_of(force: Vector) -> int:
     there = np.flatnonzero(np.isfinite(force))
     finite = force[there]
     peak = float(abs(finite).max())
-    white, rise = white_noise(finite), abs(finite - np.median(finite[:FEWEST_OF_LEAD]))
+    white, rise = white_noise(finite), abs(finite - np.median(finite[: SETTINGS.fewest_of_lead]))
     rise = np.where(outlying(finite, white), 0.0, rise)
     first = int(np.argmax(rise > 0.05 * peak + 5.0 * white))
-    margin = max(FEWEST_OF_LEAD // 2, 2 * (int(np.argmax(rise > 0.5 * peak)) - first))
-    return int(there[first - margin]) if first >= margin + 3 * FEWEST_OF_LEAD // 2 else 0
+    margin = max(SETTINGS.fewest_of_lead // 2, 2 * (int(np.argmax(rise > 0.5 * peak)) - first))
+    return int(there[first - margin]) if first >= margin + 3 * SETTINGS.fewest_of_lead // 2 else 0
 
 
 def white_noise(force: Vector) -> float:

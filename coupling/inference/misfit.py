@@ -1,4 +1,4 @@
-"""The misfit of predicted and measured traces, for any gain, offset, time zero and time constant of the sensors.
+"""The misfit of predicted and measured traces, for any gain, offset and time zero of the sensors.
 
 Gains enter linearly, so the best ones follow from the others, and are projected out of the residual (variable
 projection, in Kaufman's approximation of the derivative). So is what a sensor reads as offset, hum and drift.
@@ -15,16 +15,13 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import lfilter
 
 from coupling.inference.measured import Measured, Sensor
-from coupling.inference.prediction import NUMERICAL, Curves, Prediction, high_passed
+from coupling.inference.prediction import NUMERICAL, Curves, Prediction
 from structures.structure import Vector
 
-GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT = "gain", "offset", "time_zero", "time_constant"
+GAIN, OFFSET, TIME_ZERO = "gain", "offset", "time_zero"
 
-OF_SENSORS = (GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT)
+OF_SENSORS = (GAIN, OFFSET, TIME_ZERO)
 """Nuisances that belong to the sensors, not to the builder."""
-
-TIME_CONSTANTS, USUAL_TIME_CONSTANT = (1e-5, 10.0), 1e-2
-"""s: the shortest and the longest, and that at which a search starts."""
 
 FAILED = 1e6
 """The residual of a run that failed, so that a search turns back."""
@@ -33,7 +30,7 @@ FAILED = 1e6
 class Point(NamedTuple):
     """The misfit at one point of a search.
 
-    p: places of the unknowns, time zero in contact times, logarithm of the time constant, as far as they are free.
+    p: places of the unknowns, and time zero in contact times, if it is free.
     residual: white, over the noise, sensor by sensor; projected: its derivatives with gains and offsets projected out;
     columns: the derivatives of what is predicted by all parameters, over the noise; fitted: N, of each sensor, without
     its baseline.
@@ -97,7 +94,7 @@ class Misfit:
     @property
     def names(self) -> list[str]:
         """The names of the parameters in the order of `Point.columns`."""
-        shared = [name for name in (TIME_ZERO, TIME_CONSTANT) if name in self.free]
+        shared = [TIME_ZERO] if TIME_ZERO in self.free else []
         gains = [f"{GAIN} {sensor.bead}" for sensor in self.measured.sensors if GAIN in self.free]
         return [*(unknown.name for unknown in self.prediction.ranges), *shared, *gains]
 
@@ -113,24 +110,16 @@ class Misfit:
         if TIME_ZERO in self.free:
             low.append((self.measured.time[0] - self.until) / self.unit)
             high.append(float(self.measured.time[-1]) / self.unit)
-        if TIME_CONSTANT in self.free:
-            low.append(np.log(TIME_CONSTANTS[0]))
-            high.append(np.log(TIME_CONSTANTS[1]))
         return np.array(low), np.array(high)
 
     def time_zero(self, p: Vector) -> float:
         """Return s, in the signal's own time."""
         return float(p[self.size]) * self.unit if TIME_ZERO in self.free else 0.0
 
-    def start_at(self, places: Vector, time_zero: float = 0.0) -> Vector:
-        """Return p for a time zero, s, and the usual time constant."""
-        others = {TIME_ZERO: time_zero / self.unit, TIME_CONSTANT: float(np.log(USUAL_TIME_CONSTANT))}
-        return np.array([*places, *(others[name] for name in others if name in self.free)])
-
     def start(self, places: Vector, traces: Vector) -> tuple[float, Vector]:
         """Return χ² and p with the time zero that suits these traces best."""
-        curves = Curves(self._passed(traces, self.start_at(places)), self.prediction.interval)
-        p = self.start_at(places, self._time_zero(curves) if TIME_ZERO in self.free else 0.0)
+        curves = Curves(traces, self.prediction.interval)
+        p = np.append(places, self._time_zero(curves) / self.unit) if TIME_ZERO in self.free else places
         residual = self._residual(p, curves)
         return float(residual @ residual), p
 
@@ -152,12 +141,6 @@ class Misfit:
             shift = 0.5 * (left - right) / (left - 2.0 * here + right) if left + right < 2.0 * here else 0.0
         return float(self.measured.time[0] + step * (best - (grid.size - 1) + shift))
 
-    def _passed(self, traces: Vector, p: Vector, factor: float = 1.0) -> Vector:
-        """Return traces behind the high-pass of the sensors."""
-        if TIME_CONSTANT not in self.free:
-            return traces
-        return high_passed(traces, self.prediction.interval, factor * float(np.exp(p[-1])))
-
     def _gained(self, row: int, shape: Vector) -> tuple[Vector, Vector, float]:
         """Return the residual of a sensor, the direction in which a gain changes it, and the gain.
 
@@ -175,7 +158,7 @@ class Misfit:
         """Return χ² of traces at p; infinite for a run that failed."""
         if not np.isfinite(traces).all():
             return np.inf
-        residual = self._residual(p, Curves(self._passed(traces, p), self.prediction.interval))
+        residual = self._residual(p, Curves(traces, self.prediction.interval))
         return float(residual @ residual)
 
     def residual(self, p: Vector) -> Vector:
@@ -183,7 +166,7 @@ class Misfit:
         traces = self.prediction.trace(p[: self.size])
         if not np.isfinite(traces).all():
             return np.full(self.samples, FAILED)
-        return self._residual(p, Curves(self._passed(traces, p), self.prediction.interval))
+        return self._residual(p, Curves(traces, self.prediction.interval))
 
     def _residual(self, p: Vector, curves: Curves) -> Vector:
         shapes = curves.at(self.measured.time - self.time_zero(p))
@@ -200,13 +183,10 @@ class Misfit:
     def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
         """Return all of the misfit from runs that are known. slopes: of the traces with the places."""
         interval, moments = self.prediction.interval, self.measured.time - self.time_zero(p)
-        curves = Curves(self._passed(traces, p), interval)
-        shapes, changes = curves.at(moments), [Curves(self._passed(slopes, p), interval).at(moments)]
+        curves = Curves(traces, interval)
+        shapes, changes = curves.at(moments), [Curves(slopes, interval).at(moments)]
         if TIME_ZERO in self.free:
             changes.append(-self.unit * curves.rates(moments)[None])
-        if TIME_CONSTANT in self.free:
-            later, earlier = (self._passed(traces, p, factor) for factor in (1.001, 0.999))
-            changes.append(Curves((later - earlier)[None] / 2e-3, interval).at(moments))
         bent, residuals, projected, full = np.concatenate(changes), list[Vector](), list[Vector](), list[Vector]()
         gains, fitted, free = list[float](), list[Vector](), int(GAIN in self.free)
         for row, used in enumerate(self.used):

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import is_compiled
+from coupling.inference.settings import SETTINGS
 from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.findings import kind
@@ -20,21 +20,11 @@ from structures.checks import finite, instance, short
 from structures.structure import Vector
 from structures.units import readable
 
-SAVED_PER_CONTACT = 48.0
-"""Saved times in the shortest contact: cubic splines between them are exact to 1e-5 of a pulse."""
+NUMERICAL = 1e-4
+"""Part of the peak to which traces of runs are exact; lower noise is not believed."""
 
-ACCURACY, NUMERICAL = "screening", 1e-4
-"""Accuracy of the runs, and the part of the peak to which their traces are exact; lower noise is not believed."""
-
-REMEMBERED = 256
-"""Traces of the latest runs that are kept, as searches start at points of a scan, and at ends of other searches."""
-
-MOST_SAMPLES = 1e6
-"""Of the trace of a sensor: a record of a second."""
-
-FROM_IMPACT, SHORT = 4.0, 0.75
-"""Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance.
-Structures that were made for less than the part SHORT of it are warned of."""
+FROM_IMPACT = 4.0
+"""Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance."""
 
 
 class Range(NamedTuple):
@@ -76,9 +66,10 @@ def range_of(name: str, ends: Any) -> Range:
 
 def check_samples(name: str, value: float, samples: float) -> None:
     """Refuse records that no memory holds, and that no one compares."""
-    if samples > MOST_SAMPLES:
+    if samples > SETTINGS.most_samples:
         raise ValueError(
-            f"{name} = {value!r} s: traces would have {samples:.2g} samples; at most {MOST_SAMPLES:.0e} are compared"
+            f"{name} = {value!r} s: traces would have {samples:.2g} samples; at most {SETTINGS.most_samples:.0e} are "
+            "compared"
         )
 
 
@@ -90,7 +81,7 @@ def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], re
     simulation = instance("build(...)", built_at(build, middle), CoSimulation, "a CoSimulation")
     wanted = min(record, FROM_IMPACT * simulation.chain.transit_time)
     valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
-    if valid < SHORT * wanted:
+    if valid < SETTINGS.shortest_part * wanted:
         caution(
             f"until: the structure was made for runs of {readable(valid, 's', 4)}, so that later samples do not count; "
             f"make it for {readable(wanted, 's', 4)}"
@@ -115,13 +106,13 @@ class Prediction:
         self._quick = False
         self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
-        quick = self.first.replace(accuracy=ACCURACY)
+        quick = self.first.replace(accuracy=SETTINGS.accuracy)
         self._quick = self.first.longest_window < 0.999 * quick.longest_window and not self.first.interface.black_boxes
         beads = len(self.first.chain.chain.beads)
         if wrong := [n for n in self.sensors if not 1 <= n <= beads]:
             raise ValueError(f"sensors = {self.sensors!r}: bead {wrong[0]} is not in the chain, which has {beads}")
         self.contact_time = self.first.interface.contact_time
-        self.interval = self.contact_time / SAVED_PER_CONTACT
+        self.interval = self.contact_time / SETTINGS.saved_per_contact
         check_samples("until", until, until / self.interval)
         self.time: Vector = np.asarray(self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1))
         self._compiled = is_compiled(self.first.interface, self.first.scheme)
@@ -143,7 +134,7 @@ class Prediction:
             self.progress.update()
         if len(simulation.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
-        return (simulation.replace(accuracy=ACCURACY) if self._quick else simulation).for_run(self.until)
+        return (simulation.replace(accuracy=SETTINGS.accuracy) if self._quick else simulation).for_run(self.until)
 
     def traces(self, places: Sequence[Vector]) -> Vector:
         """Return the traces of many runs; NaN for a run that fails."""
@@ -155,7 +146,7 @@ class Prediction:
         for message in messages:
             self._said.setdefault(kind(message), message)
         self._known |= {place.tobytes(): trace for place, trace in zip(places, traces, strict=True)}
-        for old in list(self._known)[:-REMEMBERED]:
+        for old in list(self._known)[: -SETTINGS.remembered_traces]:
             del self._known[old]
         return traces
 
@@ -205,15 +196,6 @@ class Prediction:
             traces[k, i] = run
         slopes: Vector = (traces[:, 1] - traces[:, 0]) / (above - below)[:, None, None]
         return slopes
-
-
-def high_passed(trace: Vector, interval: float, time_constant: float) -> Vector:
-    """A trace behind an RC high-pass of a time constant, s; exact for a force that is straight between samples."""
-    decay = np.exp(-interval / time_constant)
-    # y′ + y/τ = x′, solved exactly with x′ constant between two samples.
-    gain = (1.0 - decay) * time_constant / interval
-    passed: Vector = lfilter([gain, -gain], [1.0, -decay], trace, axis=-1)
-    return passed
 
 
 class Curves:

@@ -1,56 +1,16 @@
 """Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from coupling.inference.misfit import Misfit, Point, inverse
+from coupling.inference.settings import SETTINGS
 from structures.structure import Vector
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Of the search for minima. Lengths are parts of a range, if nothing else is said.
-
-    Echoes make minima as narrow as 1/40 of a range of the factor 60: lines of 128 places find them, 48 missed one.
-    Derivatives over much less than a standard deviation would show how traces scatter where a mesh changes with an
-    unknown: that looks like information, and made intervals too short.
-    """
-
-    smallest_scan: int = 32
-    """Points of the scan for one or two unknowns; twice as many for each further one, up to largest_scan."""
-    largest_scan: int = 128
-    places_of_line: int = 128
-    starts_from_lines: int = 6
-    rounds_of_lines: int = 3
-    rival: float = 4.0
-    """Where a fit explains the signal, a minimum on a line may be a rival of it if χ² is not larger by this factor."""
-    many_unknowns: int = 5
-    """So many and more begin at starts_of_many points, and have lines only where no fit explains the signal."""
-    starts_of_many: int = 8
-    starts_apart: float = 0.05
-    solutions_apart: float = 1e-2
-    first_step: float = 1e-3
-    """Half the distance of runs for a derivative, before the error of the unknown is known."""
-    step_over_error: float = 0.3
-    shortest_step: float = 1e-5
-    longest_step: float = 2e-2
-    precision: float = 1e-5
-    """Least squares end where χ², or every unknown, changes by less than this part."""
-    rough_precision: float = 1e-2
-    rough_tries: int = 10
-    hopeless: float = 1.5
-    """A rough fit whose χ² is larger by more than this factor is searched no further."""
-    steps_beside: int = 11
-    """Distances from the best fit at which others are looked for: 2, 3, 4.5, … standard deviations. Beads that rattle
-    make minima that are closer than the places of a line: a plate's edge at 37 mm was found at 36.8."""
-
-
-SETTINGS = Settings()
 
 
 class Solution(NamedTuple):
@@ -76,29 +36,35 @@ class Search:
         self.misfit, self.starts, self.count, self.seed = misfit, starts, count or usual, seed
         self.guess, self.lines, self.ranges = guess, lines, misfit.prediction.ranges
         self.steps = np.full(size, SETTINGS.first_step)
-        self.has_lines = False
+        self.places: NDArray[np.int64] | None = None
 
     def solutions(self) -> list[Solution]:
         """Return the local minima, the least first; with a guess only the nearest."""
         if self.guess is not None:
-            self._prepare(self._scanned(self.guess[None]))
-            return [self.solved(self.misfit.start(self.guess, self.misfit.prediction.trace(self.guess))[1])]
+            return [self.solved(self._scanned(self.guess[None])[0])]
         sobol = qmc.Sobol(self.misfit.size, seed=self.seed)
         scanned = self._scanned(sobol.random_base2(int(np.ceil(np.log2(self.count)))))
-        self._prepare(scanned)
-        # χ² of the samples that count now.
-        scanned = sorted(((self._misfit_at(p), p) for _, p in scanned), key=lambda pair: pair[0])
         many = self.misfit.size >= SETTINGS.many_unknowns
         solutions = self._solved_from(self._apart(scanned, [], max(self.starts, many * SETTINGS.starts_of_many)))
         if many and self._explained(solutions):
             return solutions
-        self.has_lines = True
         for _ in range(SETTINGS.rounds_of_lines):
             least, explained = solutions[0].misfit, self._explained(solutions)
+            self.places = np.full(self.misfit.size, SETTINGS.most_places_of_line)
+            if explained:
+                curvature = (self.misfit.at(solutions[0].p, self.steps, False).projected ** 2).sum(axis=0)
+                width = 2.0 * np.sqrt((SETTINGS.rival - 1.0) * least / np.maximum(curvature, 1e-300))
+                places = SETTINGS.places_in_valley / np.maximum(width[: self.misfit.size], 1e-3)
+                fewest, most = SETTINGS.fewest_places_of_line, SETTINGS.most_places_of_line
+                self.places = np.clip(np.ceil(places), fewest, most).astype(int)
             starts = self._along_lines(solutions, SETTINGS.rival * least if explained else np.inf)
             if not explained:
-                more = self._scanned(sobol.random(self.count))
-                starts += self._apart(more, [*starts, *(one.p for one in solutions)], self.starts)
+                more = sorted(self._fits(sobol.random(self.count)), key=lambda fit: fit[0])
+                starts += self._apart(
+                    [p for value, p in more if np.isfinite(value)],
+                    [*starts, *(one.p for one in solutions)],
+                    self.starts,
+                )
             solutions = sorted([*solutions, *self._solved_from(starts, solutions[0])], key=lambda one: one.misfit)
             if explained and solutions[0].misfit > least - 1.0:
                 break
@@ -107,27 +73,24 @@ class Search:
     def _explained(self, solutions: Sequence[Solution]) -> bool:
         return self.misfit.explains(solutions[0].misfit, solutions[0].p)
 
-    def _misfit_at(self, p: Vector) -> float:
-        residual = self.misfit.residual(p)
-        return float(residual @ residual)
+    def _fits(self, places: Vector) -> list[tuple[float, Vector]]:
+        """Return χ² and p at places, each with the time zero that suits it; χ² of a run that fails is infinite."""
+        pairs = zip(places, self.misfit.prediction.traces(list(places)), strict=True)
+        return [self.misfit.start(x, trace) if np.isfinite(trace).all() else (np.inf, x) for x, trace in pairs]
 
-    def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
-        """Return χ² and p at places that can be run, the best first."""
-        traces = self.misfit.prediction.traces(list(places))
-        pairs = zip(places, traces, strict=True)
-        scanned = [self.misfit.start(place, trace) for place, trace in pairs if np.isfinite(trace).all()]
-        return sorted(scanned, key=lambda pair: pair[0])
-
-    def _prepare(self, scanned: list[tuple[float, Vector]]) -> None:
-        """Choose the samples that count from the best point of the scan."""
-        if not scanned:
+    def _scanned(self, places: Vector) -> list[Vector]:
+        """Return p of the places of the first scan that can be run; its best one chooses the samples that count."""
+        fits = [fit for fit in self._fits(places) if np.isfinite(fit[0])]
+        if not fits:
             raise ValueError(f"build: all runs of the scan fail; the first with {self.misfit.prediction.reason}")
-        self.misfit.count(self.misfit.measured, self.misfit.time_zero(scanned[0][1]))
+        best = min(fits, key=lambda fit: fit[0])[1]
+        self.misfit.count(self.misfit.measured, self.misfit.time_zero(best))
+        return sorted((p for _, p in fits), key=lambda p: float((self.misfit.residual(p) ** 2).sum()))
 
-    def _apart(self, scanned: Iterable[tuple[float, Vector]], others: Sequence[Vector], count: int) -> list[Vector]:
+    def _apart(self, scanned: Iterable[Vector], others: Sequence[Vector], count: int) -> list[Vector]:
         """Return the best points that are apart from each other and from some others."""
         size, near, chosen = self.misfit.size, list(others), list[Vector]()
-        for _, p in scanned:
+        for p in scanned:
             away = min((float(abs(p[:size] - other[:size]).max()) for other in near), default=1.0)
             if len(chosen) < count and away > SETTINGS.starts_apart:
                 near.append(p)
@@ -156,36 +119,34 @@ class Search:
 
         largest: χ², where the other unknowns are not fitted anew.
         """
-        best, candidates, places = solutions[0].p, list[tuple[float, Vector]](), SETTINGS.places_of_line
+        assert self.places is not None
+        best, size, found = solutions[0].p, self.misfit.size, list[tuple[float, Vector]]()
         for k in self.lines:
-            line = np.tile(best[: self.misfit.size], (places, 1))
+            places = int(self.places[k])
+            line = np.tile(best[:size], (places, 1))
             line[:, k] = (np.arange(places) + 0.5) / places
-            fits = [
-                self.misfit.start(place, trace) if np.isfinite(trace).all() else (np.inf, place)
-                for place, trace in zip(line, self.misfit.prediction.traces(list(line)), strict=True)
-            ]
+            fits = self._fits(line)
             values = np.array([np.inf, *(value for value, _ in fits), np.inf])
             lowest = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]))
-            candidates += [fits[i] for i in lowest if fits[i][0] < largest]
-        candidates.sort(key=lambda fit: fit[0])
-        # A point that fits better than a solution nearby is not in its valley.
-        solved, size = [(solution.misfit, solution.p) for solution in solutions], self.misfit.size
-        new = [
-            (value, p)
-            for value, p in candidates
-            if all(abs(p[:size] - q[:size]).max() > 2.0 / places or value < fit for fit, q in solved)
-        ]
-        return [p for _, p in new[: SETTINGS.starts_from_lines]]
+            # A point that fits better than a solution nearby is not in its valley.
+            found += [
+                (value, p)
+                for value, p in (fits[i] for i in lowest)
+                if value < largest
+                and all(abs(p - one.p)[:size].max() > 2.0 / places or value < one.misfit for one in solutions)
+            ]
+        found.sort(key=lambda fit: fit[0])
+        return [p for _, p in found[: SETTINGS.starts_from_lines]]
 
     def solved(
-        self, start: Vector, tries: int = 30, precision: float = SETTINGS.precision, fixed: int | None = None,
-        central: bool = False,
+        self, start: Vector, tries: int = SETTINGS.most_tries, precision: float = SETTINGS.precision,
+        fixed: int | None = None, central: bool = False,
     ) -> Solution:  # fmt: skip
         """Least squares from a start; fixed: the number of an unknown that keeps its place."""
         low, high = self.misfit.bounds
         free, p = np.array([k for k in range(start.size) if k != fixed]), np.clip(start, low, high)
         if not free.size:
-            return Solution(self._misfit_at(p), p)
+            return Solution(float((self.misfit.residual(p) ** 2).sum()), p)
 
         def full(x: Vector) -> Vector:
             point = p.copy()
@@ -228,8 +189,8 @@ class Search:
         for k in self.lines:
             deviation = covariance[:, k] / np.sqrt(covariance[k, k])
             distances = 2.0 * 1.5 ** np.arange(SETTINGS.steps_beside)
-            if self.has_lines:  # beyond these, the places of the lines are nearer to each other
-                distances = distances[: 1 + int((distances * deviation[k] < 2.0 / SETTINGS.places_of_line).sum())]
+            if self.places is not None:  # beyond these, the places of the lines are nearer to each other
+                distances = distances[: 1 + int((distances * deviation[k] < 2.0 / self.places[k]).sum())]
             aways = np.concatenate([-distances[::-1], distances])
             line = [p for away in aways if low[k] <= (p := best.p + away * deviation)[k] <= high[k]]
             if not line:

@@ -88,11 +88,6 @@ def map_taps(
         Over `point` and `unknown`: value, low and high (the 95 % interval), verdict; over `point`: x and y (m), taps,
         misfit (residual over noise), files, and error, why the point failed. `plots.mapped` draws it.
 
-    Raises
-    ------
-    ValueError
-        For a table without x, y and file, or with what is no number; if all points fail.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -158,7 +153,8 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
                 continue
             cell = cells[name].replace(",", ".") if semicolons else cells[name]
             try:
-                point[name] = _length(cell, unit) if name in ("x", "y") else (convert or _si)(name, cell, unit)
+                converted = _si if convert is None or name in ("x", "y") else convert
+                point[name] = converted(name, cell, unit)
                 if head and head["entry"]:
                     point[head["entry"]] = (convert or _si)(head["entry"], cell, unit)
             except ValueError as error:
@@ -173,16 +169,11 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
     return Grid(list(points.values()), shown)
 
 
-def _length(text: str, unit: str) -> float:
-    match = NUMBER.fullmatch(text)
-    if match is None or match[2]:
-        raise ValueError(f"{short(text)} is no number")
-    return in_si(f"{text} {unit}")
-
-
 def _si(name: str, text: str, unit: str) -> Any:
-    """Return a cell in SI units; text that is no number as it is."""
-    value = in_si(f"{text} {unit}".strip())
+    """Return a cell in SI units; text that is no number as it is, but for x and y."""
+    value, match = in_si(f"{text} {unit}".strip()), NUMBER.fullmatch(text)
+    if name in ("x", "y") and (match is None or match[2]):
+        raise ValueError(f"{short(text)} is no number")
     if unit and np.isnan(value):
         raise ValueError(f"{short(text)} is no number with the unit {unit}")
     return text if np.isnan(value) else value
@@ -208,7 +199,11 @@ class Taps(Task):
                     if not Path(name).is_file():
                         raise ValueError(f"{name}: there is no such file")
                     signal = self.measure(Path(name))
-                    answers.append(self._identified(signal, others) if self.asked else _waves(signal))
+                    if self.asked:
+                        found = instance("answer(...)", self.build(signal, others), Identification, "an Identification")
+                        answers.append(found.to_dataset()[[*OF_UNKNOWNS, "verdict", "unit", "unit_size"]])
+                    else:
+                        answers.append(_waves(signal))
                 except ValueError as error:
                     refused.append(error)
         if not answers:
@@ -219,10 +214,6 @@ class Taps(Task):
         findings += ["tap left out: the model does not fit it"] * (len(answers) - len(fitting or answers))
         findings += [line for answer in answers for line in findings_of(answer)]
         return with_warnings(data, [*findings, *messages])
-
-    def _identified(self, signal: xr.Dataset, others: Mapping[str, Any]) -> xr.Dataset:
-        answer = instance("answer(...)", self.build(signal, others), Identification, "an Identification")
-        return answer.to_dataset()[[*OF_UNKNOWNS, "verdict", "unit", "unit_size"]]
 
     def outcome(self, point: Point) -> Outcome:
         """Return a failure at a point also without a store: no point may cost the others."""
@@ -297,20 +288,18 @@ def _drawn(signal: xr.Dataset, sensor: int) -> xr.Dataset:
 
 def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") -> xr.Dataset:
     """Return the map of all points. key: what else an answer in the store depends on."""
-    points = grid.points
-    if work.store is not None:
-        points = [{**point, "key": key, "sums": [_sum_of(Path(name)) for name in point["files"]]} for point in points]
     if work.store is None:
-        outcomes = run_points(work, points, jobs, label="map")
+        outcomes = run_points(work, grid.points, jobs, label="map")
     else:
+        points = list[Point]()
+        for point in grid.points:
+            files = [Path(name) for name in point["files"]]
+            sums = [sha256(file.read_bytes()).hexdigest() if file.is_file() else "" for file in files]
+            points.append({**point, "key": key, "sums": sums})
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
     data = _combined(grid, outcomes)
     warn(findings_of(data))
     return data
-
-
-def _sum_of(file: Path) -> str:
-    return sha256(file.read_bytes()).hexdigest() if file.is_file() else ""
 
 
 def where(data: xr.Dataset, point: int) -> str:
@@ -331,23 +320,18 @@ def _combined(grid: Grid, outcomes: Sequence[Outcome]) -> xr.Dataset:
             errors[k] = outcome.message
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
-    first = next(iter(answers.values()))
     names = list(dict.fromkeys(str(name) for answer in answers.values() for name in answer.unknown.values))
-    numbers = {name: np.full((len(outcomes), len(names)), np.nan) for name in OF_UNKNOWNS}
-    verdict = np.full((len(outcomes), len(names)), FAILED, dtype=object)
+    none = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}
+    empty = xr.Dataset({key: ("unknown", [one] * len(names)) for key, one in none.items()}, {"unknown": names})
+    rows = [answers.get(k, empty).reindex(unknown=names, fill_value=none)[list(none)] for k in range(len(outcomes))]
+    data = xr.concat(rows, "point", combine_attrs="drop")
+    data["verdict"] = data.verdict.astype(str)
+    first = next(iter(answers.values()))
+    data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
     units, sizes = dict.fromkeys(names, ""), dict.fromkeys(names, 1.0)
-    for k, answer in answers.items():
-        columns = [names.index(name) for name in answer.unknown.values.tolist()]
-        for what, table in numbers.items():
-            table[k, columns] = answer[what].values
-        verdict[k, columns] = answer.verdict.values
+    for answer in answers.values():
         units |= dict(zip(answer.unknown.values.tolist(), answer.unit.values.tolist(), strict=True))
         sizes |= dict(zip(answer.unknown.values.tolist(), answer.unit_size.values.tolist(), strict=True))
-    data = xr.Dataset(
-        {name: (("point", "unknown"), table) for name, table in (numbers | {"verdict": verdict.astype(str)}).items()},
-        {"unknown": names},
-        {name: value for name, value in first.attrs.items() if name in ("input", "versions")},
-    )
     data["unit"], data["unit_size"] = ("unknown", list(units.values())), ("unknown", list(sizes.values()))
     for name, unit in zip("xy", grid.units, strict=True):
         place = {"units": "m", "unit": unit, "size": float(factor(unit, "m"))}

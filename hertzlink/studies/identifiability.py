@@ -15,8 +15,9 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.inference.information import REACH, Design, Sensitivities
+from coupling.inference.information import Design, Sensitivities
 from coupling.inference.misfit import GAIN, TIME_ZERO, inverse
+from coupling.inference.settings import SETTINGS
 from hertzlink.studies import draw
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import over, with_units
@@ -141,7 +142,9 @@ def combinations(contact: str, near: float) -> xr.Dataset:
     size, vectors = np.linalg.eigh(covariance)
     root = np.sqrt(np.diag(covariance))
     combined, correlated = (vectors * np.sign(vectors[0])).T, covariance / np.outer(root, root)
-    data = labelled("combination_error", REACH * np.sqrt(size), {"combination": ("best", "middle", "worst")})
+    data = labelled(
+        "combination_error", SETTINGS.deviations * np.sqrt(size), {"combination": ("best", "middle", "worst")}
+    )
     return data.assign(
         combination_of=(("combination", "of"), combined, {"units": "1", "long_name": "part in the combination"}),
         correlation=(("of", "other"), correlated, {"units": "1", "long_name": "correlation of the estimates"}),
@@ -176,7 +179,7 @@ def half_widths(
 ) -> Vector:
     """Return 95 % half-widths: what is free × unknowns; NaN for what is known. bounds: standard deviations of names."""
     of_free = [bounds(names) for names in free.values()]
-    return np.array([[REACH * bound.get(name, np.nan) for name in free["all"]] for bound in of_free])
+    return np.array([[SETTINGS.deviations * bound.get(name, np.nan) for name in free["all"]] for bound in of_free])
 
 
 def labelled(name: str, values: Vector, axes: Mapping[str, Sequence[Any]]) -> xr.Dataset:

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from independent.traces import Case, trace
 from independent.walls import STEEL, EdgedPlate, Rod
+from scipy.signal import lfilter
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
@@ -97,6 +98,36 @@ def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
     assert np.std(scores, axis=0) == pytest.approx(1.0, abs=0.6)
     # All five together, of which two or three are independent.
     assert np.std(scores) == pytest.approx(1.0, abs=0.4)
+
+
+@pytest.mark.thorough
+def test_intervals_hold_under_each_kind_of_noise_as_often_as_they_say() -> None:
+    """Two unknowns, noise of 2 % of the peak, a quiet lead of 400 samples, four draws of each kind.
+
+    Both truths are inside in nine of ten fits that are called identified, and most fits are.
+    """
+    level, lead, memory, truth = 0.02, 4e-4, 0.95, {"thickness": 3e-3, "distance": 25e-3}
+    time, clean = trace(Case(EdgedPlate(**truth), until=UNTIL), SENSORS, SPEED, GAIN, lead)
+    kinds = {
+        "white": lambda drawn: drawn.standard_normal(time.size),
+        "correlated": lambda drawn: lfilter(
+            [np.sqrt(1.0 - memory**2)], [1.0, -memory], drawn.standard_normal(time.size + 1000)
+        )[1000:],
+        "hum": lambda drawn: (
+            drawn.standard_normal(time.size) + 1.5 * np.sin(2.0 * np.pi * (50.0 * time + drawn.uniform()))
+        ),
+        "drift": lambda drawn: drawn.standard_normal(time.size) + 2.5 * drawn.uniform(-1.0, 1.0) * time / time[-1],
+    }
+    guess, held = {"thickness": 3.03e-3, "distance": 25.2e-3, "impact_speed": 0.312}, list[bool]()
+    for noise in kinds.values():
+        for seed in range(4):
+            drawn = np.random.default_rng(seed)
+            forces = {n: row + level * row.max() * noise(drawn) for n, row in clean.items()}
+            found = hl.identify(hl.as_signal(time, forces), clamped, NUISANCES, until=UNTIL, guess=guess, **RANGES)
+            if found.identified:
+                held.append(inside(found, **truth))
+    assert len(held) >= 12
+    assert sum(held) >= 0.9 * len(held)
 
 
 def rod_found(length: float, seed: int) -> Identification:

@@ -1,0 +1,89 @@
+"""The constants of identification, which no user needs to choose."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Lengths are parts of a range, if nothing else is said; χ² are compared by their ratio, or by their difference.
+
+    Echoes make minima as narrow as 1/40 of a range of the factor 60: lines of 128 places find them, 48 missed one.
+    Derivatives over much less than a standard deviation would show how traces scatter where a mesh changes with an
+    unknown: that looks like information, and made intervals too short.
+    """
+
+    # Predictions.
+    accuracy: str = "screening"
+    saved_per_contact: float = 48.0
+    """Saved times in the shortest contact: cubic splines between them are exact to 1e-5 of a pulse."""
+    remembered_traces: int = 256
+    """Of the latest runs, as searches start at points of a scan, and at ends of other searches."""
+    most_samples: float = 1e6
+    """Of the trace of a sensor: a record of a second."""
+    shortest_part: float = 0.75
+    """The user is warned of structures that were made for less than this part of the usual prediction."""
+
+    # The signal.
+    samples_per_contact: float = 4.0
+    """At least, of a signal."""
+    fewest_samples: int = 16
+    fewest_of_lead: int = 50
+    """Samples of a quiet lead that its noise is taken from: 10 % exact."""
+    orders_of_memory: int = 4
+    degrees_of_drift: int = 3
+    strong_evidence: float = 6.0
+    """By which Bayes's information criterion must fall before a disturbance is believed (Kass and Raftery, 1995)."""
+
+    # The search.
+    smallest_scan: int = 32
+    """Points of the scan for one or two unknowns; twice as many for each further one, up to largest_scan."""
+    largest_scan: int = 128
+    fewest_places_of_line: int = 16
+    most_places_of_line: int = 128
+    places_in_valley: int = 2
+    """Where a fit explains the signal: the places on a line across a valley like that of this fit, below a rival."""
+    starts_from_lines: int = 6
+    rounds_of_lines: int = 3
+    rival: float = 4.0
+    """Where a fit explains the signal, a minimum on a line may be a rival if χ² is not larger by this factor."""
+    many_unknowns: int = 5
+    """So many and more begin at starts_of_many points, and have lines only where no fit explains the signal."""
+    starts_of_many: int = 8
+    starts_apart: float = 0.05
+    solutions_apart: float = 1e-2
+    first_step: float = 1e-3
+    """Half the distance of runs for a derivative, before the error of the unknown is known."""
+    step_over_error: float = 0.3
+    shortest_step: float = 1e-5
+    longest_step: float = 2e-2
+    precision: float = 1e-5
+    """Least squares end where χ², or every unknown, changes by less than this part."""
+    most_tries: int = 30
+    rough_precision: float = 1e-2
+    rough_tries: int = 10
+    hopeless: float = 1.5
+    """A rough fit whose χ² is larger by more than this factor is searched no further."""
+    steps_beside: int = 11
+    """Distances from the best fit at which others are looked for: 2, 3, 4.5, … standard deviations. Beads that rattle
+    make minima that are closer than the places of a line: a plate's edge at 37 mm was found at 36.8."""
+
+    # Intervals.
+    deviations: float = 1.959964
+    """Standard deviations in half of a 95 % interval."""
+    unlikely: float = 6.0
+    """Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
+    widest_curvature: float = 0.1
+    """Wider intervals come from the profile of χ², not from its curvature; so do those of unknowns that are more
+    correlated than largest_correlation, and those at whose ends χ² rises by less or more than least_rise and
+    largest_rise of what its curvature predicts. Within these its root is nearly straight, which moves the ends."""
+    largest_correlation: float = 0.98
+    least_rise: float = 0.8
+    largest_rise: float = 1.25
+    finest_profile: float = 1e-3
+    """Its first step at least: smaller ones end in the roughness that beads which rattle give χ²; intervals were too
+    short."""
+    correlated: float = 0.25
+    """Standard deviation of the Gaussian by which a discrepancy is correlated in time, in contact times."""
+
+
+SETTINGS = Settings()
