@@ -4,34 +4,29 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from html import escape
 from math import isnan, nan
-from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identification import LINE
+from coupling.inference.identification import as_text
+from coupling.inference.settings import DIFFERENCES
 from coupling.plan import Adaptive, Plan
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
-from structures.checks import html_table, instance, positive, whole
+from structures.checks import instance, positive, whole
 from structures.fineness import finer
 from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
-
-RICHARDSON = 4.0 / 3.0
-"""An error over its change when lengths are halved, by Richardson's extrapolation: at order 2 it falls to a quarter."""
-
-REPEATED, TIGHTER = 1e-6, 1e-2
-"""Part by which measures of two equal runs may differ, by rounding; factor of the tolerance of an exact reduction."""
 
 
 class Measure(NamedTuple):
@@ -97,27 +92,19 @@ class NumericalError:
         return run.assign_attrs({NUMERICAL_ERROR: json.dumps(noted)})
 
     def __str__(self) -> str:
-        rows = [(f"bead {self.sensor}", "value", "±", *self.parts, "sum"), *self._rows()]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]
-        notes = [f"{source}: {note}" for source, note in self.notes.items()]
-        notes += [f"note: {warning}" for warning in self.warnings if warning not in notes]
-        return "\n".join(lines + [fill(note, LINE, subsequent_indent="  ") for note in notes])
-
-    def _repr_html_(self) -> str:
-        rows = [(label, f"{value} {margin}") for label, value, margin, *_ in self._rows()]
-        return html_table(f"Numerical error at bead {self.sensor}", rows)
-
-    def _rows(self) -> list[tuple[str, ...]]:
-        """Return the measures as text: name, value, margin, errors by source, and their sum."""
-        rows = list[tuple[str, ...]]()
+        rows = [(f"bead {self.sensor}", "value", "±", *self.parts, "sum")]
         for name, value in self.values.items():
             label, unit, _ = MEASURES[name]
             errors = [*self._errors(name), self.sums[name]]
             shown = ["unknown" if isnan(error) else f"{error / unit:+.2g}" if error else "0" for error in errors]
             sign = "≥" if np.isnan(errors).any() else "±"
             rows.append((label, f"{value / unit:.7g}", f"{sign} {self.margins[name] / unit:.2g}", *shown))
-        return rows
+        notes = [f"{source}: {note}" for source, note in self.notes.items()]
+        notes += [f"note: {warning}" for warning in self.warnings if warning not in notes]
+        return as_text(rows, notes, are_numbers=True)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
 
 
 @one_thread
@@ -143,11 +130,6 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     NumericalError
         Values, margins, and errors by source; ``print`` shows a table. The true value is that of the same model: what
         a theory neglects is no part of the error.
-
-    Raises
-    ------
-    ValueError
-        If build does not take the parameters, depends on chance or returns something else.
 
     Warns
     -----
@@ -189,14 +171,14 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     with collected():
         shorter = measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved))
         again = measured(built().run(until, sensors=saved))
-        changes = {TIME: (RICHARDSON, shorter)}
+        changes = {TIME: (DIFFERENCES.richardson, shorter)}
         notes = {TIME: "windows, steps and saved intervals halved"}
         for source in (MESH, REDUCTION):
             fine, size, notes[source] = _finer(source, usual, built)
             changes[source] = size, values if fine is None else measured(fine.run(until, sensors=saved))
     present = {name: value for name, value in values.items() if not isnan(value)}
     for name, value in present.items():
-        if not abs(again[name] - value) <= REPEATED * abs(value):
+        if not abs(again[name] - value) <= DIFFERENCES.repeated * abs(value):
             label, unit, _ = MEASURES[name]
             raise ValueError(
                 f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and {again[name] / unit:.9g} "
@@ -242,13 +224,13 @@ def _finer(
         has = source == MESH and (structure is None or bool(structure.mass.count_nonzero()))
         if source == REDUCTION and structure is not None:
             report: Any = structure.origin.get("reduction")
-            has = report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
+            has = report is not None and report["error_estimate"] > DIFFERENCES.tighter * report["tolerance"]
         if has:
             having.append(i)
     if not having:
         return None, 0.0, "none"
     try:
-        fine = built(**({"cells": 2} if source == MESH else {"tolerance": TIGHTER}))
+        fine = built(**({"cells": 2} if source == MESH else {"tolerance": DIFFERENCES.tighter}))
     except ValueError as error:  # too many cells: those of the user are near the limit
         return None, nan, f"not estimated; {error}"
     for i in having:
@@ -257,4 +239,6 @@ def _finer(
         if old is None or (same and np.array_equal(old.stiffness.data, new.stiffness.data)):
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
             return None, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
-    return (fine, RICHARDSON, "cells halved") if source == MESH else (fine, 1.0, "to a hundredth of its tolerance")
+    if source == MESH:
+        return fine, DIFFERENCES.richardson, "cells halved"
+    return fine, 1.0, "to a hundredth of its tolerance"

@@ -13,6 +13,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import is_compiled
+from coupling.inference.settings import DIFFERENCES
 from coupling.plan import Adaptive, Plan
 from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
@@ -30,22 +31,6 @@ Build: TypeAlias = Callable[..., CoSimulation]
 
 OF_RUNS = ["contact_force", "velocity", "static_force", "centre", "impact_energy"]
 """What measures use of runs, as the columns of `Records`."""
-
-STEPS, SMOOTH = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2), 0.01
-"""Of a parameter, in parts of its value; and the part of a derivative by which those of both sides may differ from it:
-where they differ more, as by rounding, a larger step is taken. Contacts that open bend traces, so that the error grows
-with the step."""
-
-STEPS_WITH_LOSSES, SMOOTH_WITH_LOSSES = (1e-2, 3e-3, 1e-3), 0.05
-"""The same of a chain with losses. These begin at the first step after a contact closes, so that traces jump by what
-they do in a part of a step; a large difference contains many such jumps, and their mean."""
-
-NEGLIGIBLE = 1e-3
-"""Part of a force: less of it does not matter, for a parameter that changes by as much as it is."""
-
-SHIFT, JUMP = 1e-5, 0.1
-"""Of the peak: how far traces are shifted along their derivatives to differentiate a measure of them; and the part of a
-derivative by which those of both sides differ where the measure has none."""
 
 
 class Derivative(NamedTuple):
@@ -83,11 +68,6 @@ def sensitivities(
     Dataset
         The run as `CoSimulation.run` returns it, and what `measure` gives; for each of these, `contact_force` and
         `velocity` a variable `…_derivative` over the dimension "parameter", in its unit per SI unit of the parameter.
-
-    Raises
-    ------
-    ValueError
-        For parameters that are zero or near which build fails, adaptive windows, and structures of the user's own.
 
     Warns
     -----
@@ -169,7 +149,8 @@ def differences(
     settings = {"window": plan.length, "dt": plan.length / simulation.chain.steps(plan.length)}
     until, kept = plan.interval * (plan.rows - 1), kept_at(run.bead.values.tolist(), beads)
     found, failures, left = dict[str, Derivative](), dict[str, str](), list(values)
-    steps, smooth = (STEPS_WITH_LOSSES, SMOOTH_WITH_LOSSES) if jumps else (STEPS, SMOOTH)
+    steps = DIFFERENCES.steps_with_losses if jumps else DIFFERENCES.steps
+    smooth = DIFFERENCES.smooth_with_losses if jumps else DIFFERENCES.smooth
     for step in steps:
         pairs = dict[str, list[CoSimulation]]()
         for name in left:
@@ -191,7 +172,8 @@ def differences(
             slopes = {key: (part[0] - part[1]) / (2.0 * step * values[name]) for key, part in both.items()}
             bend = abs(above - 2.0 * here + below).mean() / (2.0 * step)
             size = abs(slopes["contact_force"] * values[name]).mean()
-            doubt = 0.0 if bend <= max(NEGLIGIBLE * abs(here).mean(), smooth * size) else bend / size if size else inf
+            least = max(DIFFERENCES.negligible * abs(here).mean(), smooth * size)
+            doubt = 0.0 if bend <= least else bend / size if size else inf
             if name not in found or doubt < found[name].doubt:
                 found[name] = Derivative(slopes, float(doubt))
         left = [name for name in left if name not in found or found[name].doubt]
@@ -244,7 +226,7 @@ def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure
     is shifted along its derivatives, a little to both sides."""
     names, here, shifted = list(rates), run[OF_RUNS], dict[str, Any]()
     largest = np.array([abs(rate.slopes["contact_force"]).max() for rate in rates.values()])
-    steps = SHIFT * run.contact_force.values.max() / np.maximum(largest, 1e-300)
+    steps = DIFFERENCES.shift * run.contact_force.values.max() / np.maximum(largest, 1e-300)
     shifts = np.concatenate([np.zeros((1, len(names))), np.diag(steps), -np.diag(steps)])
     for key in OF_RUNS:
         moved = here[key].values + np.tensordot(shifts, np.array([rate.slopes[key] for rate in rates.values()]), 1)
@@ -271,7 +253,7 @@ def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure
         step = steps.reshape(-1, *[1] * usual.ndim)
         slope, sides = (above - below) / (2.0 * step), (above - 2.0 * usual + below) / step
         for place, parameter in enumerate(names):
-            limit = JUMP * abs(slope[place]) + 1e-6 * abs(usual / step[place]).max(initial=0.0)
+            limit = DIFFERENCES.jump * abs(slope[place]) + 1e-6 * abs(usual / step[place]).max(initial=0.0)
             if np.any(abs(sides[place]) > limit):
                 notes.append(
                     f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a wave "

@@ -1,4 +1,4 @@
-"""The constants of identification, which no user needs to choose."""
+"""The constants of identification and of derivatives, which no user needs to choose."""
 
 from dataclasses import dataclass
 
@@ -87,3 +87,38 @@ class Settings:
 
 
 SETTINGS = Settings()
+
+
+@dataclass(frozen=True)
+class OfDifferences:
+    """Of derivatives by differences of runs, of budgets of uncertainty, and of numerical errors."""
+
+    steps: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+    """Of a parameter, in parts of its value. Where the derivatives of both sides differ by more than the part `smooth`,
+    as by rounding, a larger step is taken. Contacts that open bend traces, so that the error grows with the step."""
+    smooth: float = 0.01
+    steps_with_losses: tuple[float, ...] = (1e-2, 3e-3, 1e-3)
+    """Losses begin at the first step after a contact closes, so that traces jump by what they do in a part of a step; a
+    large difference contains many such jumps, and their mean."""
+    smooth_with_losses: float = 0.05
+    negligible: float = 1e-3
+    """Part of a force: less of it does not matter, for a parameter that changes by as much as it is."""
+    shift: float = 1e-5
+    """Part of the peak by which traces are shifted along their derivatives, to differentiate a measure of them."""
+    jump: float = 0.1
+    """Part of a derivative by which those of both sides differ where the measure has none."""
+    bent: float = 0.3
+    """Part of the standard uncertainty by which a change may differ from what derivatives predict."""
+    curved: float = 0.05
+    """Part by which a sampled uncertainty may differ from a propagated one, besides two standard errors."""
+    rounding: float = 1e-4
+    """A smaller part of a measure is no change of it, but a numerical error."""
+    richardson: float = 4.0 / 3.0
+    """An error over its change when lengths are halved: at order 2 it falls to a quarter."""
+    repeated: float = 1e-6
+    """Part by which measures of two equal runs may differ, by rounding."""
+    tighter: float = 1e-2
+    """Factor of the tolerance of an exact reduction."""
+
+
+DIFFERENCES = OfDifferences()

@@ -13,6 +13,7 @@ import xarray as xr
 
 from coupling.inference.identification import LINE
 from coupling.inference.sensitivities import Build, as_measures, sensitivities, units_of, waves_at
+from coupling.inference.settings import DIFFERENCES
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
@@ -22,11 +23,6 @@ from structures.checks import finite, html_table, instance, short, whole
 from structures.quantities import standard_uncertainty
 from structures.structure import Vector
 from structures.units import readable
-
-BENT, NONE, CURVED = 0.3, 1e-4, 0.05
-"""Part of the standard uncertainty by which a measure at the ends may differ from what derivatives predict; part of a
-measure that is no change of it, but a numerical error; part by which a sampled uncertainty may differ from a propagated
-one, besides two standard errors."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +102,7 @@ def uncertainty(
 ) -> Uncertainty:  # fmt: skip
     """Return the standard uncertainty of AR and TOF that follows from those of parameters, and the share of each.
 
-    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ².
+    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ² (JCGM 100:2008, equation 10).
 
     Parameters
     ----------
@@ -119,32 +115,21 @@ def uncertainty(
     measure : callable, optional
         Another measure, as for `sensitivities`; it returns one number for each run.
     draws : int
-        Runs with parameters drawn from normal distributions, which show whether the measure is linear over the
-        uncertainties. By default none.
+        Runs with parameters from normal distributions, which show whether the measure is linear; by default none.
     seed : int
         Of the draws.
     **spreads : float or str
         Standard uncertainty of each parameter: in SI units, with a unit as "0.01 mm", or as part of the value, "2 %".
-        Which unit suits a parameter of your function is not known here: "1 N" is taken as 1 in SI units.
 
     Returns
     -------
     Uncertainty
         Value, standard uncertainty and shares; ``print`` shows the budget.
 
-    Raises
-    ------
-    ValueError
-        For a parameter without a default value, an uncertainty that is none, and as `sensitivities`.
-
     Warns
     -----
     HertzlinkWarning
         Where the measure is not linear over the uncertainties, by the draws or by two runs for each parameter.
-
-    References
-    ----------
-    JCGM 100:2008, equation 10.
 
     Examples
     --------
@@ -211,60 +196,56 @@ def propagated(
     def measured(columns: dict[str, Any]) -> xr.Dataset:
         return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(read(runs), runs), **columns)
 
+    def is_bent(name: str, parameter: str, change: float) -> str:
+        """Return what to say where a change between the ends is far from what the derivative predicts, else nothing."""
+        predicted = standard[name] * sqrt(shares[parameter][name])
+        number, spread = (budget._shown(parameter, size, 4) for size in inputs[parameter])
+        if not isfinite(change):
+            moved = f"where {parameter} = {number} moves by its uncertainty {spread}"
+            return f"{name}: has no value {moved}; is that so large?"
+        if abs(change - predicted) <= DIFFERENCES.bent * max(standard[name], DIFFERENCES.rounding * abs(value[name])):
+            return ""
+        return (
+            f"{name}: where {parameter} moves by its uncertainty, it moves by {budget._shown(name, change, 2)}, and by "
+            f"its derivative {budget._shown(name, predicted, 2)}; in Python hl.uncertainty(..., draws=200) needs no "
+            "derivative"
+        )
+
+    usable = [name for name in names if name not in lacking]
     if draws:
         random = np.random.default_rng(seed)
         columns = {name: (x + spread * random.standard_normal(draws)).tolist() for name, (x, spread) in inputs.items()}
         with collected() as heard:
             tables = measured(columns)
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
-        for name in names:
-            budget.samples[name] = tables[name].values
-            usable = budget.samples[name][np.isfinite(budget.samples[name])]
-            if usable.size < draws and name not in lacking:
-                said.append(f"{name}: {draws - usable.size} of {draws} sampled runs failed, or have no such wave")
-            if usable.size > 1 and name not in lacking:
-                budget.sampled[name] = float(usable.mean()), float(usable.std(ddof=1))
-                said += _curved(name, standard[name], budget.sampled[name][1], usable.size)
+        budget.samples.update({name: tables[name].values for name in names})
+        for name in usable:
+            drawn = budget.samples[name][np.isfinite(budget.samples[name])]
+            if drawn.size < draws:
+                said.append(f"{name}: {draws - drawn.size} of {draws} sampled runs failed, or have no such wave")
+            if drawn.size > 1:
+                budget.sampled[name] = float(drawn.mean()), float(drawn.std(ddof=1))
+                said += _curved(name, standard[name], budget.sampled[name][1], drawn.size)
     else:
         # Two runs for each parameter: a standard uncertainty below and above its value.
         columns = {name: [x] * (2 * len(inputs)) for name, (x, _) in inputs.items()}
         for place, (name, (x, spread)) in enumerate(inputs.items()):
             columns[name][2 * place : 2 * place + 2] = x - spread, x + spread
         with collected():  # such runs are not those of the user, who learns what they show
-            said += _bent(budget, measured(columns))
+            ends = measured(columns)
+        for name in usable:
+            below, above = ends[name].values.reshape(-1, 2).T
+            changes = zip(inputs, 0.5 * abs(above - below), strict=True)
+            said += [line for parameter, change in changes if (line := is_bent(name, parameter, float(change)))]
     warn(said)
     notes += said
     return budget
 
 
-def _bent(budget: Uncertainty, ends: xr.Dataset) -> list[str]:
-    """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
-    said = list[str]()
-    for name, value in budget.value.items():
-        if not isfinite(value):
-            continue
-        standard = budget.standard[name]
-        for parameter, (below, above) in zip(budget.inputs, ends[name].values.reshape(-1, 2), strict=True):
-            predicted, change = standard * sqrt(budget.shares[parameter][name]), 0.5 * abs(above - below)
-            if not isfinite(change):
-                number, spread = (budget._shown(parameter, size, 4) for size in budget.inputs[parameter])
-                said.append(
-                    f"{name}: has no value where {parameter} = {number} moves by its uncertainty {spread}; is that so "
-                    "large?"
-                )
-            elif abs(change - predicted) > BENT * max(standard, NONE * abs(value)):
-                said.append(
-                    f"{name}: where {parameter} moves by its uncertainty, it moves by "
-                    f"{budget._shown(name, change, 2)}, and by its derivative {budget._shown(name, predicted, 2)}; in "
-                    "Python hl.uncertainty(..., draws=200) needs no derivative"
-                )
-    return said
-
-
 def _curved(name: str, standard: float, sampled: float, draws: int) -> list[str]:
     """Return what the user must know where a measure is not linear over the uncertainties, else nothing."""
     away = abs(sampled / standard - 1.0) if standard > 0.0 else float(sampled > 0.0)
-    if away < CURVED + 2.0 / sqrt(2.0 * draws):
+    if away < DIFFERENCES.curved + 2.0 / sqrt(2.0 * draws):
         return []
     if standard == 0.0:
         return [f"{name}: moves in steps, so that its derivative is zero although {draws} sampled runs differ"]
