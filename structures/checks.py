@@ -16,36 +16,28 @@ from numpy.typing import NDArray
 
 Kind = TypeVar("Kind")
 
-LONGEST_VALUE_TEXT = 100
-"""Number of characters of a value that a message shows: one line of a terminal, without the name."""
+LONGEST_VALUE_TEXT = 100  # Characters of a value that a message shows: one line of a terminal, without the name.
 
+# Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float.
 NO_NUMBERS = (str, bytes, bool, Decimal, np.bool_, np.complexfloating, np.datetime64, np.timedelta64)
-"""Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float."""
 
+# The least likeness of a misspelt word, and of one that is a part of a name, from 0 to 1.
 LIKENESS, PART_LIKENESS = 0.6, 0.75
-"""The least likeness of a misspelt word, and of one that is a part of a name, from 0 to 1."""
 
+# No quantity in SI units is larger, and products of three stay within floating point; a smaller one counts as zero.
 SMALLEST, LARGEST = 1e-100, 1e100
-"""No quantity in SI units is larger, and products of three stay within floating point; a smaller one counts as zero."""
 
-MOST = 2**53
-"""The largest count: larger floats hold no single whole numbers."""
+MOST = 2**53  # The largest count: larger floats hold no single whole numbers.
 
 
-def _number(name: str, value: float, unit: str) -> float:
-    """Return `value` as a float; a ValueError if it is not a finite number. See NO_NUMBERS; nor are arrays numbers."""
+def finite(name: str, value: float, unit: str = "") -> float:
+    """Return `value` as a float; a ValueError if it is not a finite number, or larger than any quantity can be."""
     try:
         number = math.nan if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) != 0 else float(value)
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise ValueError(f"{name} = {short(value)}: must be a finite number{_of(unit)}")
-    return number
-
-
-def finite(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float; a ValueError if it is not a finite number, or larger than any quantity can be."""
-    number = _number(name, value, unit)
     if abs(number) > LARGEST:
         raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in size{_of(unit)}")
     return number if abs(number) >= SMALLEST else 0.0
@@ -58,7 +50,7 @@ def within(
 
     or_zero: zero is valid, whatever the range. ends: the ends other than zero are valid.
     """
-    number = finite(name, value, unit) if high == math.inf else _number(name, value, unit)
+    number = finite(name, value, unit)
     if low < number < high or (or_zero and number == 0.0) or (ends and number in (low, high) and number != 0.0):
         return number
     if low >= 0.0 >= number:
@@ -106,12 +98,12 @@ def each(
     """Return `value` as an array; raise a ValueError if one of its numbers fails the check."""
     try:
         array = np.asarray(value)
-        if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
-            raise TypeError
         numbers = array.astype(float)
     except (TypeError, ValueError, OverflowError):
+        array = np.asarray("")
+    if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
         in_unit = f", in {unit}" if unit else ""
-        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}") from None
+        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}")
     # Minimum and maximum propagate NaN, so checking these two checks all numbers.
     for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
         check(name, float(extreme), unit)
@@ -158,9 +150,9 @@ def function(name: str, value: Any, count: int, what: str) -> Any:
 
 
 def existing(what: str, path: Path) -> Path:
-    """Return the path of a regular file, or raise a ValueError. what: how messages begin.
+    """Return the path of a regular file, or raise a ValueError. Files under /proc may wait for ever.
 
-    Files of the system under /proc claim to be regular, and reading one may wait for ever.
+    what: how messages begin.
     """
     if not path.is_file() or path.resolve().is_relative_to("/proc"):
         is_there = "is no regular file" if os.path.lexists(path) else "there is no such file"

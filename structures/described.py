@@ -86,11 +86,6 @@ class Described:
         return found
 
     @property
-    def units(self) -> dict[str, str]:
-        """The units of its parameters that are numbers, by name."""
-        return {parameter.name: parameter.quantity.unit for parameter in self.parameters.values() if parameter.quantity}
-
-    @property
     def makes(self) -> Any:
         """The class itself, or what the function returns."""
         return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
@@ -130,10 +125,9 @@ class Described:
 def described(target: Thing) -> Thing:
     """Describe a class or a function by its signature: a part that hertzlink checks, stores and varies.
 
-    A class becomes a frozen dataclass. Parameters with a quantity, such as hl.Length, are checked, become floats, and
-    warn where the number is probably in another unit. A function that returns a Structure notes its arguments in the
-    structure's origin. Both have a kind, their name in case files: `kind = "cantilever"` with
-    `hertzlink run case.toml --with mine.py`.
+    A class becomes a frozen dataclass. Parameters with a quantity, such as hl.Length, are checked, and warn where the
+    number is probably in another unit. A structure notes the arguments of its function in its `origin`. Case files use
+    the part by its name: `kind = "cantilever"` with `hertzlink run case.toml --with mine.py`.
 
     Parameters
     ----------
@@ -143,12 +137,7 @@ def described(target: Thing) -> Thing:
     Returns
     -------
     class or function
-        The same, with checks.
-
-    Raises
-    ------
-    ValueError
-        If a parameter has no annotation.
+        The same, with checks. A ValueError names a parameter without an annotation.
 
     Examples
     --------
@@ -157,8 +146,6 @@ def described(target: Thing) -> Thing:
     ... def block(side: hl.Length, material: hl.Material) -> hl.Structure:
     ...     mass = material.density * side**3
     ...     return hl.Structure([[mass]], [[0.0]], None, [1.0], 0.0, hl.Surface(material))
-    >>> block(0.02, hl.PTFE).origin["side"]
-    0.02
     >>> block(-1.0, hl.PTFE)
     Traceback (most recent call last):
     ValueError: side = -1.0: must be a positive number of m

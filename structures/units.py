@@ -19,17 +19,15 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*
 UNIT_TEXT = re.compile(r"(?:1 ?/ ?)?[A-Za-zµμΩ°](?:[\w µμΩ°·*/^²³⁴⁻¹-]|(?<=\^\d)\.\d){0,40}")
 """Units are letters with powers, such as m^1.5, products and quotients; nothing else is given to the parser."""
 
-LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")
-"""Powers of two digits: no unit has them."""
+LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")  # no unit has powers of two digits
 
-
+# What pint raises, in addition to its own errors, for text that is no unit.
 NO_UNIT = (ArithmeticError, AssertionError, AttributeError, KeyError, SyntaxError, TokenError, TypeError, ValueError)
-"""What pint raises, in addition to its own errors, for text that is no unit."""
 
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
+# Units of uncertainties that are parts of a value.
 PARTS = {"%": 1e-2, "percent": 1e-2, "permille": 1e-3, "‰": 1e-3, "ppm": 1e-6}
-"""Units of uncertainties that are parts of a value."""
 
 WITHOUT_PREFIX = ("", "1", "rad", "N")
 

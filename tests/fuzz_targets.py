@@ -274,7 +274,7 @@ def _chains() -> dict[str, Target]:
 
 
 def _structures() -> dict[str, Target]:
-    cylinder = {"layers": [hl.Layer(STEEL, 20e-3, 9.5e-3)], "base": "fixed", "side": "free", "patch_radius": 3e-3}
+    cylinder = {"layers": [hl.Layer(STEEL, 20e-3, 9.5e-3)], "base": "fixed", "patch_radius": 3e-3}
     full = hl.layered_cylinder(**cylinder, cells=1)
     matrices = {"mass": np.diag([0.01, 0.02]), "stiffness": np.array([[2e7, -1e7], [-1e7, 1e7]])}
     damping_matrix = {"damping": None, "contact": np.array([0.0, 1.0])}

@@ -30,7 +30,7 @@ from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
 from hertzlink.cases.source import lines_of
 from hertzlink.cases.tables import Table
-from hertzlink.cases.tasks import budget_of
+from hertzlink.cases.tasks import budget_of, run_both, task_of
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cli import main
 from structures.caution import collected
@@ -363,7 +363,7 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
         return hl.CoSimulation(chain, hl.rod([hl.Layer(material, length, 19.05e-3 / 2)]))
 
     runs = hl.sweep(build, 0.9e-3, jobs=1, material=[hl.ACRYLIC, hl.PTFE], length=[0.05, 0.075, 0.1])
-    with xr.open_dataset("out/results.nc") as data:
+    with xr.load_dataset("out/results.nc") as data:
         np.testing.assert_array_equal(data.amplitude_ratio.sel(sensor=7), hl.amplitude_ratio(runs, 7))
         np.testing.assert_array_equal(data.sensor_force.sel(sensor=7), hl.sensor_force(runs, 7))
         assert data.length.attrs == {
@@ -371,6 +371,11 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
         }  # fmt: skip
     first = Path("out/points.csv").read_text().splitlines()[1].split(",")
     assert float(first[3]) == hl.amplitude_ratio(runs, 7).values[0, 0]
+    force = data.sensor_force.isel(material=0, length=0).sel(sensor=7).values
+    with Path("out/traces.csv").open() as file:
+        head, *rows = csv.reader(file)
+    assert head[:2] == ["time (s)", "force at bead 7, material acrylic, length, mm 50 (N)"]
+    np.testing.assert_array_equal([float(row[1]) for row in rows], force)
     page = Path("out/report.html").read_text()
     assert page.count("<figure") == 5  # the set-up; AR and TOF of the primary and the secondary wave
     assert "acrylic" in page
@@ -545,6 +550,24 @@ def test_walls_that_yield_get_the_line_of_their_law() -> None:
     assert {one for one in KINDS if "\n# law = " not in template(one)} == {"chain", "deformable"}
 
 
+def test_templates_agree_on_the_strength_of_the_disc() -> None:
+    stated = [re.findall(r"hard steel \(([\d.]+) GPa\)", template(kind)) for kind in KINDS]
+    assert {strength for strengths in stated for strength in strengths} == {"0.9"}
+
+
+def test_what_yielding_changes_is_said_of_the_sensor_asked_for() -> None:
+    text = """
+        chain = { beads = 6, bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }, impact_speed = 0.5 }
+        structure = { kind = "half_space", material = "brass 360" }
+        run = { until = "0.4 ms" }
+        measure = { sensor = 2 }
+    """
+    data, yielded = run_both(task_of(case_of(text)), 1)
+    (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
+    assert yielded is not None
+    assert "for the chain, AR at bead 2 is" in said
+
+
 def rows_of(path: str) -> list[list[str]]:
     """The rows of a CSV file, without their head."""
     with Path(path).open(encoding="utf-8", newline="") as file:
@@ -564,7 +587,7 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert "bead 7, primary, fresh spot" in page
     with xr.open_dataset(tmp_path / "brass" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
-    assert 'with law = { kind = "jackson_green" } in [chain], AR at bead 7 is 0.068 instead of 0.181, TOF 69' in said
+    assert 'with law = { kind = "jackson_green" } for the chain, AR at bead 7 is 0.068 instead of 0.181, TOF 69' in said
     # The CSV files hold both; the traces, whose times differ, are two files.
     ratios = {row[-1]: float(row[4]) for row in rows_of("brass/waves.csv") if row[1] == "primary"}
     assert ratios == {"elastic": pytest.approx(0.181, abs=5e-4), "Jackson-Green": pytest.approx(0.068, abs=5e-4)}

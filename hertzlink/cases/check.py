@@ -1,8 +1,7 @@
 """What `hertzlink check` says: the work of a case, and about how long it takes, measured on a part of it."""
 
-from importlib import import_module
 from math import prod
-from time import perf_counter, process_time
+from time import perf_counter
 
 import joblib
 
@@ -25,40 +24,31 @@ REFINED = 8
 def outlook(task: Task) -> str:
     """Return the lines of text: runs, chain, structure, mesh, record, time. Builds the first structure, and those at
     the ends of each axis; raises what they raise."""
-    began = perf_counter()
-    # What this process did so far: load its code.
-    loading = process_time()
-    for module in ("cases.tables", "reports.report"):
-        import_module(f"hertzlink.{module}")
-    loading += perf_counter() - began
-
-    first, clock = task.first, [perf_counter()]
+    first = task.first
     with collected() as warnings:
+        began = perf_counter()
         simulation = first.simulation()
-        clock.append(perf_counter())
+        building = perf_counter() - began
         with of_run(first):
             save_every = first.tree.entries["run"].entries.get("save_every")
-            plan = simulation.plan(first.until, save_every if not task.axes else None)
+            plan = simulation.plan(first.until, None if task.axes else save_every)
         for axis in task.axes:
             for value in [min(axis.values), max(axis.values)] if axis.is_number else axis.values:
                 if value != axis.values[0]:
                     first.changed({axis.path: value}).simulation()
-    # Of a short run warnings mean little. The first one loads code, or compiles what is not compiled yet.
-    with collected():
-        clock.append(perf_counter())
+    with collected():  # Of a short run warnings mean little.
+        began = perf_counter()
+        simulation.run(first.until / PART)  # compiles what is not compiled yet
+        middle = perf_counter()
         simulation.run(first.until / PART)
-        clock.append(perf_counter())
-        simulation.run(first.until / PART)
-        clock.append(perf_counter())
-    building, part = clock[1] - clock[0], clock[4] - clock[3]
-    starting, running = loading + max(0.0, clock[3] - clock[2] - part), PART * part
+        part = perf_counter() - middle
+    starting, running = max(0.0, middle - began - part), PART * part
 
     runs = prod(len(axis.values) for axis in task.axes)
     built = prod(len(axis.values) for axis in task.axes if axis.path[0] != "chain")
     refined = REFINED * prod(len(axis.values) for axis in task.others) if task.along is not None else 0
-    jobs = 1 if task.kind == "run" else min(joblib.cpu_count(), max(1, runs))
-    # Processes start as this one does.
-    seconds = (1 + (jobs > 1)) * starting + ((built + refined) * building + (runs + refined) * running) / jobs
+    jobs = min(joblib.cpu_count(), runs)
+    seconds = starting + ((built + refined) * building + (runs + refined) * running) / jobs
     many = count_of(runs, "run")
     critical = f"a critical distance from {many}, and about {refined} more that refine it"
     lines = [{"run": "one run", "sweep": f"a sweep of {many}", "critical distance": critical}[task.kind]]
@@ -72,10 +62,9 @@ def outlook(task: Task) -> str:
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
-    many_jobs = f", {jobs} processes" if jobs > 1 else ""
     lines.append(
         f"time: about {in_words(seconds)} (measured: {in_words(starting)} to start, {in_words(building)} to build a "
-        f"structure,\n  {in_words(running)} for a run, from a tenth of one{many_jobs})"
+        f"structure,\n  {in_words(running)} for a run, from a tenth of one; {count_of(jobs, 'process', 'processes')})"
     )
     if task.case.identify is not None:
         question, until = prepared(question_of(task.case))

@@ -84,75 +84,49 @@ def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> Answer:
         fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
         for k, error in enumerate(data.error.values) if error
     ]  # fmt: skip
-    columns, rows = csv_rows(data)
-    table = Table("map.csv", columns, rows, *rows_of(data))
-    return Answer(data, [table], [*failed, summary(data)], code=0 if all_identified(data) else NOT_IDENTIFIED)
 
-
-def interesting(data: xr.Dataset) -> list[str]:
-    """Return the names of the unknowns that are no nuisances."""
-    return [str(name) for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
-
-
-def verdicts(data: xr.Dataset) -> list[str]:
-    """Return the verdict of each point in a word or two: one for all unknowns, or each that they have."""
-    each = data.verdict.sel(unknown=interesting(data)).values.tolist()
-    return [", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row)) for row in each]
-
-
-def all_identified(data: xr.Dataset) -> bool:
-    """Return whether all unknowns are identified, or AR and TOF read, at all points."""
-    return set(verdicts(data)) <= {IDENTIFIED, MEASURED}
-
-
-def summary(data: xr.Dataset) -> str:
-    """Return how many points there are, and how many have each verdict."""
-    counts = Counter(verdicts(data))
-    return f"{count_of(data.sizes['point'], 'point')}: " + ", ".join(f"{n} {verdict}" for verdict, n in counts.items())
-
-
-def rows_of(data: xr.Dataset) -> tuple[list[str], list[list[str]]]:
-    """Return the head and a row for each point, in the units of the table and of the case."""
-    names = interesting(data)
-    units = [str(data.unit.sel(unknown=name).item()) for name in names]
-    short = {name: name.split(".")[-1] for name in names}
-    short = short if len(set(short.values())) == len(names) else dict(zip(names, names, strict=True))
-    head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"] + ["taps"]
-    head += [f"{short[name]}, {unit}" if unit else short[name] for name, unit in zip(names, units, strict=True)] + [
-        "verdict"
+    # Of each point one verdict for all unknowns, or each that they have.
+    asked = [name for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
+    verdicts = [
+        ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row))
+        for row in data.verdict.sel(unknown=asked).values.tolist()
     ]
-    rows = []
-    for k, verdict in enumerate(verdicts(data)):
-        rows.append([*place_of(data, k), str(int(data.taps[k])), *(_cell(data, k, name) for name in names), verdict])
-    return head, rows
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in Counter(verdicts).items())
+    summary = f"{count_of(data.sizes['point'], 'point')}: {counts}"
+    code = 0 if set(verdicts) <= {IDENTIFIED, MEASURED} else NOT_IDENTIFIED
+    return Answer(data, [_table(data, asked, verdicts)], [*failed, summary], code=code)
 
 
-def place_of(data: xr.Dataset, point: int) -> list[str]:
-    """Return x and y of a point, in the units of the table."""
-    return [f"{data[along].values[point] / data[along].attrs['size']:g}" for along in "xy"]
+def _table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
+    """Return a row of the file for each point and unknown, and of the terminal for each point, in the user's units."""
+    columns = ["x (m)", "y (m)", "unknown", "value (SI)", "low", "high", "verdict", "residual over noise", "taps"]
+    columns += ["files", "reason"]
+    short = {name: name.split(".")[-1] for name in asked}
+    if len(set(short.values())) < len(asked):
+        short = {name: name for name in asked}
+    units = {name: str(data.unit.sel(unknown=name).item()) for name in asked}
+    head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"] + ["taps"]
+    head += [f"{short[name]}, {units[name]}" if units[name] else short[name] for name in asked] + ["verdict"]
+    rows: list[list[Any]] = []
+    cells = []
+    for k, verdict in enumerate(verdicts):
+        point = data.isel(point=k)
+        place, taps = [float(point.x), float(point.y)], int(point.taps)
+        for name in data.unknown.values:
+            one = point.sel(unknown=name)
+            numbers = [float(one[what]) for what in ("value", "low", "high")]
+            end = [float(point.misfit), taps, str(point.files.item()), str(point.error.item())]
+            rows.append([*place, str(name), *numbers, str(one.verdict.item()), *end])
+        texts = [f"{value / data[along].attrs['size']:g}" for along, value in zip("xy", place, strict=True)]
+        cells.append([*texts, str(taps), *(_cell(point.sel(unknown=name)) for name in asked), verdict])
+    return Table("map.csv", columns, rows, head, cells)
 
 
-def _cell(data: xr.Dataset, point: int, name: str) -> str:
+def _cell(one: xr.Dataset) -> str:
     """Return a value and half of its interval; the interval alone of an unknown that is blind."""
-    one = data.isel(point=point).sel(unknown=name)
-    value, low, high = (float(one[what]) for what in ("value", "low", "high"))
+    value, low, high, size = (float(one[what]) for what in ("value", "low", "high", "unit_size"))
     if np.isnan(value):
         return "-"
-    verdict, size = str(one.verdict.item()), float(one.unit_size)
-    row = Unknown(name, value, (low, high), verdict, unit_size=size).row()
+    verdict = str(one.verdict.item())
+    row = Unknown(str(one.unknown.item()), value, (low, high), verdict, unit_size=size).row()
     return f"({row[2]})" if verdict == BLIND else f"{row[1]} ± {(high - low) / 2.0 / size:#.2g}"
-
-
-def csv_rows(data: xr.Dataset) -> tuple[list[str], list[list[Any]]]:
-    """Return the head and the rows of a CSV file in SI units: one for each point and unknown."""
-    head = ["x (m)", "y (m)", "unknown", "value (SI)", "low", "high", "verdict", "residual over noise", "taps", "files"]
-    rows = [
-        [
-            float(data.x[k]), float(data.y[k]), str(name),
-            *(float(data[what][k, i]) for what in ("value", "low", "high")),
-            str(data.verdict.values[k, i]), float(data.misfit[k]), int(data.taps[k]), str(data.files.values[k]),
-            str(data.error.values[k]),
-        ]
-        for k in range(data.sizes["point"]) for i, name in enumerate(data.unknown.values)
-    ]  # fmt: skip
-    return [*head, "reason"], rows

@@ -13,7 +13,7 @@ Path = tuple[str | int, ...]
 
 PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
 
-YIELDING = 'law = { kind = "jackson_green" } in [chain]'
+YIELDING = 'law = { kind = "jackson_green" } for the chain'
 """What a case needs for contacts that yield."""
 
 WIDTH = 110

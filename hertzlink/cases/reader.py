@@ -113,6 +113,7 @@ class Call:
         if not equals:
             return Fault((*self.path, *place), reason)
         typed = entry(self.typed, place)
+        reason = in_unit_of(typed, reason)
         joined = " " if reason.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "
         value = f"{shown(typed)}: half of it" if half else shown(typed) if isinstance(typed, str) else value
         return Fault((*self.path, *place), f"{value}{joined}{reason}")
@@ -135,6 +136,16 @@ class Call:
 
 class Remark(str):
     """A warning that names its entry."""
+
+
+def in_unit_of(typed: Any, reason: str) -> str:
+    """Return a reason that names a range, "between 0 and 0.3 m", in the unit of what the user wrote."""
+    unit = match[2] if isinstance(typed, str) and (match := NUMBER.fullmatch(typed)) else ""
+    stated = re.search(r"between (\S+) and (\S+) (m|s|N)\b", reason)
+    if not unit or stated is None:
+        return reason
+    low, high = (f"{float(end) / float(factor(unit, stated[3])):.6g}" for end in stated.groups()[:2])
+    return reason.replace(stated[0], f"between {low} and {high} {unit}")
 
 
 def made(value: Any) -> Any:

@@ -11,7 +11,6 @@ from math import isnan
 from pathlib import Path as File
 from typing import Any
 
-from coupling.files.loading import read_text
 from hertzlink.cases.paths import CaseError, Fault, Path, entry, parsed, put
 from structures.checks import short
 from structures.units import in_si
@@ -129,16 +128,17 @@ def _text(name: str, path: File) -> str:
     try:
         if path.is_dir():
             raise CaseError(f"{name}: is a folder; give a case file")
-        text = read_text(path, LARGEST)
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
+        if len(data) > LARGEST:
+            raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
+        return data.decode("utf-8-sig")
     except FileNotFoundError:
         raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
     except OSError as error:
         raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
-    if text is None:
-        raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
-    return text
 
 
 def names_file(name: str, value: Any) -> bool:
@@ -174,6 +174,8 @@ def _syntax(name: str, message: str, text: str) -> str:
     # Outside of quotes and comments.
     typed = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", (text.splitlines() or [""])[int(line) - 1]).partition("#")[0]
     cure = ""
+    if words.startswith(("Cannot overwrite", "Cannot declare")):
+        return f"{name}:{line}: this entry or section is given twice; keep one of them"
     number = r"[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
     if comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", typed):
         cure = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"

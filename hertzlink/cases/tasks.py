@@ -18,7 +18,6 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
 from coupling.results.measures import sensor_force
 from coupling.sweeps.critical_search import critical_distance_search
-from coupling.sweeps.progress import labelled
 from coupling.sweeps.sweep import sweep
 from coupling.yield_check import is_of_yield
 from hertzlink.cases.axes import Axis, axes_of, path_of, si_value, unit_at
@@ -206,7 +205,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
             laws = ["chain.law"] if single else [f"chain[{i}].law" for i in many]
             changes = {path: {"kind": "jackson_green"} for path in laws}
             # The user was warned of the same in the first run.
-            with collected(), labelled("contacts that yield"):
+            with collected():
                 try:
                     others = {"measure.numerical_error": False, SENSITIVITIES: None}
                     yielded = run_task(task_of(task.case.changed({**changes, **others})), jobs)
