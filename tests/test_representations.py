@@ -52,19 +52,11 @@ def test_a_line_without_matrices_or_beads() -> None:
 def test_a_notebook_shows_the_same_numbers() -> None:
     """In the same units: a table that shows J where the line shows mJ has other digits."""
     for one in shown().values():
+        if not hasattr(one, "_repr_html_"):
+            continue  # a chain: its simulation has one
         table = text_of(one._repr_html_())
         for number in re.findall(r"(?<![\w.])\d+\.?\d*(?![\w.])", repr(one)):
             assert number in table, (number, table)
-
-
-def test_units_of_a_chain_are_those_of_its_simulation() -> None:
-    energy = r"impact energy\s+([\d.]+ mJ)"
-    chain = re.search(energy, text_of(CHAIN._repr_html_()))
-    simulation = re.search(energy, text_of(hl.CoSimulation(CHAIN, hl.half_space(hl.PTFE))._repr_html_()))
-    assert chain
-    assert simulation
-    assert chain[1] == simulation[1]
-    assert re.search(r"gravity\s+9.81 m/s²", text_of(CHAIN._repr_html_()))
 
 
 def test_text_is_escaped() -> None:

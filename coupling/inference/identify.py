@@ -78,6 +78,12 @@ def identify(
     HertzlinkWarning
         If the model does not explain the signal, several fits are as good, or contacts yield.
 
+    Raises
+    ------
+    ValueError
+        For sensors that are not in the chain, unknowns that the builder does not take, and records that are too short
+        or too coarse.
+
     References
     ----------
     Golub and Pereyra, Inverse Problems 19 (2003) R1, on gains and offsets that are projected out.

@@ -117,6 +117,11 @@ def identifiability(
     Information
         The bound of each unknown and nuisance; ``print`` shows a table.
 
+    Raises
+    ------
+    ValueError
+        For values that are zero, unknowns that the builder does not take, and sensors that are not in the chain.
+
     References
     ----------
     Kay, Fundamentals of Statistical Signal Processing: Estimation Theory (1993), equation 3.31.

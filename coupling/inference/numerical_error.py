@@ -136,6 +136,11 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     HertzlinkWarning
         If a source is not estimated: meshes of files, matrices and solvers of a user.
 
+    Raises
+    ------
+    ValueError
+        If build does not take the parameters, depends on chance or returns something else.
+
     Examples
     --------
     >>> import hertzlink as hl

@@ -74,6 +74,11 @@ def sensitivities(
     HertzlinkWarning
         Where derivatives from both sides differ: at a kink or a jump, by chance, and with losses of contacts.
 
+    Raises
+    ------
+    ValueError
+        For parameters that are zero or near which build fails, adaptive windows, and structures of the user's own.
+
     Examples
     --------
     >>> import hertzlink as hl

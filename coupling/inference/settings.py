@@ -40,7 +40,7 @@ class Settings:
     largest_scan: int = 128
     fewest_places_of_line: int = 16
     most_places_of_line: int = 128
-    places_in_valley: int = 2
+    places_in_valley: int = 4
     """Where a fit explains the signal: the places on a line across a valley like that of this fit, below a rival."""
     starts_from_lines: int = 6
     rounds_of_lines: int = 3

@@ -88,6 +88,11 @@ def map_taps(
         Over `point` and `unknown`: value, low and high (the 95 % interval), verdict; over `point`: x and y (m), taps,
         misfit (residual over noise), files, and error, why the point failed. `plots.mapped` draws it.
 
+    Raises
+    ------
+    ValueError
+        For a table without x, y and file, or with what is no number; if all points fail.
+
     Examples
     --------
     >>> import hertzlink as hl

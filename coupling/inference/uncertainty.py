@@ -131,6 +131,11 @@ def uncertainty(
     HertzlinkWarning
         Where the measure is not linear over the uncertainties, by the draws or by two runs for each parameter.
 
+    Raises
+    ------
+    ValueError
+        For a parameter without a default value, an uncertainty that is none, and as `sensitivities`.
+
     Examples
     --------
     >>> import hertzlink as hl
