@@ -138,15 +138,17 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str, float]:
     if line.kind == "misprint":  # ours: whether the printed form fails a check that the corrected one passes
         return (MISPRINT, f"corrected: {line.corrected}", 0.0) if ours is True else (DIFFERS, "", 0.0)
     for place, (name, case) in enumerate(cases.items()):
-        if any(agrees(expected, case, whole=place == 0) for expected in line.ranges):
+        # Where digits are cut off, "0.3" reaches up to 0.4: a range that begins there does not agree.
+        first, *cut_off = line.ranges
+        if agrees(first, case, whole=place == 0) or any(agrees(expected, case) for expected in cut_off):
             return AGREES, f"with {name}: {shown(case)}" if place else "", 0.0
-    first = next(iter(cases.values()))
+    own = next(iter(cases.values()))
     right = rounded(line.corrected, line.corrected)
     if line.corrected and any(agrees(right, case) for case in cases.values()):
         return MISPRINT, f"corrected: {line.corrected}", 0.0
-    if line.span and agrees(exact_range(*line.span.split(" to ")), first):
+    if line.span and agrees(exact_range(*line.span.split(" to ")), own):
         return AGREES, f"within what the thesis prints for it, {line.span}", 0.0
-    off = distance(line, first)
+    off = distance(line, own)
     return DIFFERS, f"by {100.0 * off:+.2g} %" if off else "", off
 
 

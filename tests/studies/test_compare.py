@@ -57,6 +57,8 @@ def test_what_printed_digits_stand_for(printed: Printed, ends: tuple[float, floa
         (line("0.2"), (0.12, 0.33), "agrees"),
         (line("0.77"), {"": 0.74, "another loss": (0.7, 0.78)}, "agrees"),
         (line("0.77"), {"": (0.7, 0.765), "another loss": 0.75}, "differs"),
+        (line("0.3", kind="experiment"), {"": 0.402, "another loss": (0.390, 0.416)}, "differs"),
+        (line("27.7", kind="simulation"), {"": 28.9, "another contact": 27.77}, "agrees"),
         (line("7.5", corrected="9.5"), 9.52, "misprint"),
         (line("7.5", corrected="9.5"), 9.7, "differs"),
         (line("7.5", corrected="9.5"), 7.5, "agrees"),
