@@ -3,6 +3,7 @@
 The annotation of a parameter, `length: Length`, gives its check, its warning, its entry in case files, and its unit.
 """
 
+import re
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isnan, pi
@@ -51,6 +52,11 @@ class Quantity:
     above: str = ""
     counted_in: str = ""
     written: str | None = None
+
+    def __post_init__(self) -> None:
+        # A function would get "2 mm" as 2.0, and its structure would be a thousand times too large without a word.
+        if re.search(r"\b([µmckMG](m|N|Pa|Hz|s|J)|m?g)\b", self.unit):
+            raise ValueError(f"unit = {self.unit!r}: must be an SI unit without a prefix, such as m, N/m or Pa")
 
     @property
     def unit_in_files(self) -> str:

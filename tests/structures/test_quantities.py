@@ -143,3 +143,10 @@ def test_zero_and_the_limits_are_likely(name: str) -> None:
     beyond = 2.0 * high if high < 1e300 else 0.5 * low
     with pytest.warns(hl.HertzlinkWarning, match="Thing number = "):
         quantity.warn("Thing", "number", beyond)
+
+
+@pytest.mark.parametrize("unit", ["mm", "N/mm", "MPa", "g", "kHz", "µs"])
+def test_a_unit_with_a_prefix_is_refused(unit: str) -> None:
+    """A function would get "2 mm" as 2.0."""
+    with pytest.raises(ValueError, match="must be an SI unit without a prefix"):
+        Quantity(unit)
