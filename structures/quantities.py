@@ -101,6 +101,11 @@ class OneOf:
     ----------
     *words : str
         The words.
+
+    Examples
+    --------
+    >>> hl.quantities.OneOf("fixed", "free").check("base", "free")
+    'free'
     """
 
     def __init__(self, *words: str) -> None:
@@ -119,6 +124,11 @@ class Count:
     ----------
     least, most : int
         The least and the greatest that it may be.
+
+    Examples
+    --------
+    >>> hl.quantities.Count(1, 30).check("modes", 7)
+    7
     """
 
     least: int = 1

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import h5py  # type: ignore[import-untyped]
-import meshio
 import numpy as np
 import pytest
 
 import hertzlink as hl
-from structures.meshes.mesh_files import read_mesh
+from coupling.results.reading import read_netcdf
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 
@@ -96,41 +95,13 @@ def secret(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-TETRA = meshio.Mesh([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], [("tetra", [[0, 1, 2, 3]])])
-
-
-def solid(path: Path) -> Any:
-    return hl.solid(path, hl.PTFE, (0.01, 0.01, 0.0))
-
-
 @pytest.mark.parametrize("message", LEADS_OUT)
-def test_a_mesh_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, message: str) -> None:
-    path = tmp_path / "mesh.med"
-    TETRA.write(path)
-    with h5py.File(path, "r+") as file:
+def test_a_result_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, message: str) -> None:
+    path = tmp_path / "results.nc"
+    with h5py.File(path, "w") as file:
         LEADS_OUT[message](file, secret)
-    with pytest.raises(ValueError, match=f"mesh = .*mesh.med': /stolen {re.escape(message)}.*it was not read"):
-        solid(path)
-
-
-MESHES = {
-    "hdf.xdmf": '<Xdmf><DataItem Dimensions="4" Format="HDF">{}:/secret</DataItem></Xdmf>',
-    "binary.xmf": "<Xdmf><DataItem Format='Binary' Dimensions='4'>\n{}\n</DataItem></Xdmf>",
-}
-
-
-@pytest.mark.parametrize("name", MESHES)
-@pytest.mark.parametrize("absolute", [True, False])
-def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path, secret: Path, name: str, absolute: bool) -> None:
-    other = str(secret) if absolute else os.path.relpath(secret, tmp_path)
-    (tmp_path / name).write_text(MESHES[name].format(other))
-    with pytest.raises(ValueError, match=rf"mesh = .*{name}.*: names '.*secret\.h5', which lies outside"):
-        solid(tmp_path / name)
-
-
-def test_a_mesh_of_several_files_in_its_folder_is_read(tmp_path: Path) -> None:
-    TETRA.write(tmp_path / "mesh.xdmf")
-    assert len(read_mesh(tmp_path / "mesh.xdmf").points) == 4
+    with pytest.raises(ValueError, match=rf"results\.nc: /stolen {re.escape(message)}.*it was not read"):
+        read_netcdf(path)
 
 
 def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
