@@ -485,7 +485,7 @@ def test_a_sensor_beyond_the_shorter_of_two_chains() -> None:
     for measure in (hl.amplitude_ratio, hl.time_of_flight, hl.sensor_force, hl.contact_to_sensor_ratio):
         with pytest.warns(hl.HertzlinkWarning) as caught:
             found = measure(run, 5)
-        warning = "sensor = 5: lies beyond the end of chain 0 of the run, for which the measure is NaN"
+        warning = "sensor = 5: lies beyond the end of chain 0 of the run, whose measures are NaN"
         assert [str(one.message) for one in caught].count(warning) == 1
         assert found.isel(chain=0).isnull().all()
         with pytest.raises(ValueError, match="sensor = 7: must be a bead from 1 to 6"):

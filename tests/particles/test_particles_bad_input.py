@@ -118,8 +118,8 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
         *[(lambda bad=bad: hl.Sphere(bad, hl.PTFE), "radius = ") for bad in (0.0, -1e-3, math.inf, "wide", None)],
         *[
-            (lambda bad=bad: hl.Sphere(bad, STEEL), rf"radius = {re.escape(str(bad))}: must lie between 1e-09 and 1e")
-            for bad in (1e300, 1e-200)
+            (lambda bad=bad: hl.Sphere(bad, STEEL), rf"radius = {re.escape(str(bad))}: must be {words}")
+            for bad, words in ((1e300, "at most"), (1e-200, "a positive number"))
         ],
         (lambda: hl.Sphere(1e-3, "steel"), "material = 'steel': must be a Material"),
         (lambda: hl.drop_speed(-1.0), r"height = -1\.0: must be a positive number of m"),
@@ -137,8 +137,8 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: a single one that no striker meets"),
         *[
-            (lambda bad=bad: hl.Chain([BALL], BALL, bad), rf"impact_speed = {re.escape(str(bad))}: must lie between")
-            for bad in (1e300, 1e-300)
+            (lambda bad=bad: hl.Chain([BALL], BALL, bad), f"impact_speed = .*: must be {words}")
+            for bad, words in ((1e300, "at most"), (1e-300, "a positive number"))
         ],
         (lambda: MovingChain(LONG, FLAT, flexibility=-1e-3), r"flexibility = -0\.001: more negative than this contact"),
         (lambda: MovingChain(LONG, FLAT, dt=1e-4), r"dt = 0\.0001: too large for a stable step; must be below"),
@@ -158,7 +158,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (
             lambda: replace(HANGING, striker=WEAK, impact_speed=None, preload=1.0),
-            "too weak for the striker to reach the chain",
+            "too weak a spring for the striker to reach the chain",
         ),
         (lambda: MovingChain("chain", FLAT), "chain = 'chain': must be a Chain"),
         (lambda: MovingChain(LONG, "flat"), "surface = 'flat': must be a Surface"),
@@ -183,7 +183,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             "^exponent = 1.0: must be greater than 1",
         ),
         (lambda: solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(-0.1), "^particle_speed = -0.1"),
-        (lambda: solitary.UniformChain(1e300, M, K).width, r"^size = 1e\+300: must lie between"),
+        (lambda: solitary.UniformChain(1e300, M, K).width, r"^size = 1e\+300: must be at most 1e\+100"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], xr.Dataset()), "forces = .*: must be a list of numbers"),
         (lambda: solitary.UniformChain(D, M, K).transit_time(13, 0.3, 0.0), "^restitution = 0.0"),
         # Vibrations
