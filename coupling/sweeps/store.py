@@ -177,6 +177,9 @@ def _names(code: CodeType) -> Iterator[str]:
 
 def _source(what: Any) -> str:
     try:
+        # Python 3.13 shows the text of `python -c` as the source of whatever was made by eval.
+        if isinstance(what, FunctionType) and what.__code__.co_filename == "<string>":
+            raise OSError("made from a string")
         return inspect.getsource(what)
     except (OSError, TypeError) as error:
         raise ValueError(
