@@ -16,11 +16,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT = 5.2, 3.3
-"""Size of a figure, inches: its letters can be read on a telephone."""
-
-MOST_OPEN = 12
-"""Tables of more rows are folded."""
+WIDTH, HEIGHT = 5.2, 3.3  # Size of a figure, inches: its letters can be read on a telephone.
+MOST_OPEN = 12  # Tables of more rows are folded.
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ class Table:
 
 @dataclass
 class Page:
-    """A report. The first sentence is the answer; remark: what stands in a box, as for a quick run."""
+    """A report. The first sentence is the answer; texts: titles and long texts that are folded; remark: in a box."""
 
     title: str
     sentences: list[str] = field(default_factory=list)
@@ -78,7 +75,6 @@ class Page:
     tables: list[Table] = field(default_factory=list)
     warnings: Sequence[str] = ()
     texts: Sequence[tuple[str, str]] = ()
-    """Titles of long texts that are folded, and the texts."""
     facts: Sequence[tuple[str, str]] = ()
     remark: str = ""
 

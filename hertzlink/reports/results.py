@@ -20,15 +20,15 @@ from coupling.plots.mapped import mapped
 from coupling.plots.swept import MOST_CURVES, label_of, parameter, swept, varied, words_of
 from coupling.results.ar_and_tof import UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
 from coupling.results.measures import energy_error
+from coupling.results.provenance import stored
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of, unit_of
 from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave
-from hertzlink.reports.page import WIDTH, Page, Picture, Table, drawn
+from hertzlink.reports.page import HEIGHT, WIDTH, Page, Picture, Table, drawn
 from structures.checks import count_of
 from structures.units import handy
 
-MOST_ROWS, MOST_PICTURES = 60, 4
-"""Rows of a table and figures of a measure; the files beside a report hold all."""
+MOST_ROWS, MOST_PICTURES = 60, 4  # Of a table and of a measure; the files beside a report hold all.
 
 DEFINED = (
     "AR, the amplitude ratio, is the peak force of a reflected wave over that of the incident wave. TOF, the time of "
@@ -88,7 +88,6 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
 
 
 def waves_in_words(data: xr.Dataset, sensor: int) -> str:
-    """Return AR and TOF of the reflected waves, or why there are none."""
     try:
         waves = reflections(data, sensor)
     except ValueError as error:
@@ -133,7 +132,17 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
                 values = runs[prefix + measure.__name__] if kept else measure(runs, number, wave)
                 measured[f"{wave} {name}"] = factor * values
         ratio = measured["primary AR"]
-        page.sentences.append(f"{range_in_words(ratio, number)}.")
+
+        # Between which values AR lies, and where.
+        ends, missing = list[str](), int(ratio.isnull().sum())
+        if missing < ratio.size:
+            for index in (np.nanargmin(ratio.values), np.nanargmax(ratio.values)):
+                place = np.unravel_index(index, ratio.shape)
+                where = ", ".join(f"{name} {value}" for name, value in point_in_words(ratio, place).items())
+                ends.append(f"{ratio.values[place]:.3f}" + f" ({where})" * bool(where))
+            without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" if missing else ""
+            said = f"AR of the primary wave at bead {number} lies between {ends[0]} and {ends[1]}{without}."
+            page.sentences.append(said)
         for wave in ("primary", "secondary"):
             if bool(measured[f"{wave} AR"].notnull().any()):
                 page.pictures += swept_pictures(runs, ratio, number, wave)
@@ -153,29 +162,13 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
     return page
 
 
-def range_in_words(ratio: xr.DataArray, sensor: int) -> str:
-    """Return between which values AR lies, and where."""
-    values = ratio.values
-    if not np.isfinite(values).any():
-        return f"No run has a primary wave at bead {sensor}"
-    ends = []
-    for index in (np.nanargmin(values), np.nanargmax(values)):
-        place = np.unravel_index(index, values.shape)
-        where = ", ".join(f"{name} {value}" for name, value in point_in_words(ratio, place).items())
-        ends.append(f"{values[place]:.3f}" + f" ({where})" * bool(where))
-    missing = int(np.isnan(values).sum())
-    without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" if missing else ""
-    return f"AR of the primary wave at bead {sensor} lies between {ends[0]} and {ends[1]}{without}"
-
-
 def point_in_words(values: xr.DataArray, place: Any) -> dict[str, str]:
     """Return the parameters of a point as texts with units, by their names in words."""
     texts = {}
     for name, i in zip(values.dims, place, strict=True):
         factor, unit = parameter(values[name])
         value = values[name].values[i]
-        text = f"{factor * value:.5g} {unit}".rstrip() if np.isreal(value) else str(value)
-        texts[words_of(values[name])] = text
+        texts[words_of(values[name])] = f"{factor * value:.5g} {unit}".rstrip() if np.isreal(value) else str(value)
     return texts
 
 
@@ -187,13 +180,10 @@ def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str
         return
     curves = next((name for name in names[1:] if 1 < ratio.sizes[name] <= MOST_CURVES), None)
     fixed = [name for name in names[1:] if name != curves]
-    combinations = product(*(range(ratio.sizes[name]) for name in fixed))
-    for place in islice(combinations, MOST_PICTURES):
+    for place in islice(product(*(range(ratio.sizes[name]) for name in fixed)), MOST_PICTURES):
         part = runs.isel(dict(zip(fixed, place, strict=True)))
-        where = "".join(
-            f", {words_of(ratio[name])} {point_in_words(ratio[name], [i])[words_of(ratio[name])]}"
-            for name, i in zip(fixed, place, strict=True)
-        )
+        points = (point_in_words(ratio[name], [i]) for name, i in zip(fixed, place, strict=True))
+        where = "".join(f", {name} {value}" for point in points for name, value in point.items())
         for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
             name = "-".join([measure, wave, str(sensor), *map(str, place)])
             of_forces = None if "amplitude_ratio" in part else sensor
@@ -203,19 +193,21 @@ def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str
 
 def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     """Return the page of a critical distance, for each combination of the other parameters."""
-    page = Page("Critical distance")
-    critical, words = data.critical_distance, words_of(data.distance)
-    spots = (
-        {"on elastic contacts": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
-    )
-    unit, rows = parameter(data.distance)[1], list[list[str]]()
+    page, critical, words = Page("Critical distance"), data.critical_distance, words_of(data.distance)
+    spots = {"on elastic contacts": data} | ({} if yielded is None else {"on a fresh spot": yielded})
+    (factor, unit), rows = parameter(data.distance), list[list[str]]()
     for number, place in enumerate(np.ndindex(*critical.shape)):
         at = point_in_words(critical, place)
         where = f", for {', '.join(f'{name} {value}' for name, value in at.items())}" if at else ""
         curves, found = dict[str, xr.Dataset](), list[str]()
         for spot, runs in spots.items():
             curves[spot] = curve = runs.isel(dict(zip(critical.dims, place, strict=True)))
-            distance, between = bracket_in_words(curve)
+            low, high = factor * curve.bracket.values.ravel()
+            distance, between = f"{factor * float(curve.critical_distance):.4g}", f"{low:.4g} to {high:.4g}"
+            if not np.isfinite(high):
+                distance, between = f"more than {low:.4g}", "the distances or the record end there"
+            elif low <= 0.0:
+                distance = f"less than {distance}"
             rows.append([*at.values(), spot, distance, between, f"{float(curve.far_value):.4f}"])
             found.append(f"beyond {distance} {unit} ({between} {unit})" + f" {spot}" * (len(spots) > 1))
         what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
@@ -231,24 +223,12 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     return page
 
 
-def bracket_in_words(curve: xr.Dataset) -> tuple[str, str]:
-    """Return the distance beyond which AR keeps its value, and those of the two runs around it."""
-    factor = parameter(curve.distance)[0]
-    low, high = factor * curve.bracket.values.ravel()
-    if not np.isfinite(high):
-        return f"more than {low:.4g}", "the distances or the record end there"
-    distance = f"{factor * float(curve.critical_distance):.4g}"
-    return distance if low > 0.0 else f"less than {distance}", f"{low:.4g} to {high:.4g}"
-
-
 def draw_critical(curves: dict[str, xr.Dataset], ax: Any) -> None:
     """Draw the runs of each curve over the distance, and the bracket of its critical distance."""
     for colour, (spot, curve) in zip(COLOURS, curves.items(), strict=False):
         factor, unit = parameter(curve.distance)
-        runs = curve.isel(distance=curve.sampled.values.astype(bool))
-        ax.plot(
-            factor * runs.distance, runs.amplitude_ratio, "o-", color=colour, markersize=4, linewidth=1.1, label=spot
-        )
+        runs, look = curve.isel(distance=curve.sampled.values.astype(bool)), {"color": colour, "label": spot}
+        ax.plot(factor * runs.distance, runs.amplitude_ratio, "o-", markersize=4, linewidth=1.1, **look)
         low, high = factor * curve.bracket.values.ravel()
         if np.isfinite([low, high]).all():
             words = f"critical, {spot}: {low:.4g} to {high:.4g} {unit}"
@@ -260,8 +240,7 @@ def draw_critical(curves: dict[str, xr.Dataset], ax: Any) -> None:
 
 def identification_page(data: xr.Dataset) -> Page:
     """Return what was found, how far it is known, and whether the model explains the signal."""
-    page = Page("Identification")
-    unknowns = unknowns_of(data)
+    page, unknowns = Page("Identification"), unknowns_of(data)
     size = f"its residual is {float(data.attrs['misfit']):.3g} times the noise"
     if data.attrs["explained"]:
         found = ", ".join(unknown_in_words(unknown) for unknown in unknowns if unknown.verdict != NUISANCE)
@@ -269,11 +248,10 @@ def identification_page(data: xr.Dataset) -> Page:
     else:
         page.sentences.append(f"No value can be trusted: the model does not explain the signal, {size}.")
         page.sentences.append("Mend the model first: a wrong model biases values by more than any interval.")
-    read: dict[str, Any] = json.loads(str(data.attrs.get("input", "{}"))).get("identify", {}).get("signal") or {}
+    read: dict[str, Any] = stored(data.attrs.get("input")).get("identify", {}).get("signal") or {}
     file = str(read.get("signal", "arrays"))
-    page.sentences.append(
-        f"{int(data.attrs['runs'])} runs" + f" were fitted to the signal of {file}" * (file != "arrays") + "."
-    )
+    of_file = f" were fitted to the signal of {file}" * (file != "arrays")
+    page.sentences.append(f"{int(data.attrs['runs'])} runs{of_file}.")
 
     rows = [unknown.row() for unknown in unknowns]
     page.tables.append(Table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), rows))
@@ -288,17 +266,17 @@ def identification_page(data: xr.Dataset) -> Page:
         entries.append(("samples", f"{data.time.size}, {length}"))
         page.tables.append(Table("The signal, and how it was read", ("entry", "value"), entries))
 
+    def picture(name: str, words: str, *what: Any, height: float = HEIGHT, folded: bool = False) -> None:
+        page.pictures.append(drawn(name, words, partial(identified, data, *what), height, folded))
+
     for number in np.atleast_1d(data.sensor.values).astype(int).tolist() if "time" in data.dims else []:
-        words = f"Fitted over measured force at bead {number}."
-        page.pictures.append(drawn(f"fit-{number}", words, partial(identified, data, "fit", number)))
+        picture(f"fit-{number}", f"Fitted over measured force at bead {number}.", "fit", number)
         words = f"What the fit leaves at bead {number}, in units of the noise."
-        draw = partial(identified, data, "residual", number)
-        page.pictures.append(drawn(f"residual-{number}", words, draw, folded=True))
-    draw = partial(identified, data, "intervals")
-    page.pictures.append(drawn("intervals", "How well each unknown is known.", draw, 1.4 + 0.42 * len(unknowns)))
+        picture(f"residual-{number}", words, "residual", number, folded=True)
+    words, height = "How well each unknown is known.", 1.4 + 0.42 * len(unknowns)
+    picture("intervals", words, "intervals", height=height)
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
-    draw = partial(identified, data, "correlation")
-    page.pictures.append(drawn("correlation", words, draw, WIDTH - 1.0, folded=True))
+    picture("correlation", words, "correlation", height=WIDTH - 1.0, folded=True)
     return page
 
 

@@ -17,6 +17,7 @@ BODIES = ("plate", "infinite plate", "half-space")
 UNTIL = 3.5e-3  # Length of the record, s.
 REDUCTION = 0.02  # Tolerance of the reduction.
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))  # D/t of the theory lines.
+STRIKER_SPEED = THESIS_IMPACT.striker_speed
 # v_in of equation 6.37, m/s, as the striker's speed, and as the beads' in the wave, which the thesis names.
 SPEEDS = (shared.PLATE_SPEED, PARTICLE_TO_STRIKER_SPEED * shared.PLATE_SPEED)
 
@@ -42,10 +43,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         elif body == "infinite plate":
             structure = hl.infinite_plate(thickness, shared.ALUMINIUM)
         else:
-            centre = shared.plate(thickness, highest_frequency=shared.HIGHEST_FREQUENCY).at(
-                shared.SIDE / 2.0, shared.SIDE / 2.0
-            )
-            structure = hl.reduce(centre, UNTIL, REDUCTION)
+            plate, centre = shared.plate(thickness, highest_frequency=shared.HIGHEST_FREQUENCY), shared.SIDE / 2.0
+            structure = hl.reduce(plate.at(centre, centre), UNTIL, REDUCTION)
         return hl.CoSimulation(shared.plate_chain(diameter), structure)
 
     def measure(run: xr.Dataset) -> xr.Dataset:
@@ -60,54 +59,15 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     return shared.with_units(data, thickness="m", diameter="m")
 
 
-def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield λ, contact times and e of section 6.2; AR and TOF/D beside Zener's theory."""
-    lines, speed = printed("aspect-ratio"), f"{THESIS_IMPACT.bead_speed:.3g} m/s"
-    for diameter, thickness in product(shared.DIAMETERS, shared.THICKNESSES):
-        label = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
-        if f"λ, {label}" not in lines:
-            continue
-        again = thesis_parameter(diameter, thickness)
-        impact = hl.theory.PlateImpact(shared.sphere(diameter), shared.plate(thickness), shared.PLATE_SPEED)
-        yield Number(f"λ, {label}", {"": impact.inelasticity, with_theirs(speed, diameter): again})
-        line = lines.get(f"contact time, {label}")
-        if line is not None:
-            # For the numbers that would be printed as the thesis's λ.
-            digits = lines[f"λ, {label}"].corrected or lines[f"λ, {label}"].low
-            times = [thesis_contact_time(diameter, thickness, end) for end in rounded(digits, digits)]
-            cases = {"": 1e6 * impact.contact_time, with_theirs("the thesis's λ", diameter): (min(times), max(times))}
-            in_chain = 1e6 * float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness))
-            yield Number(line.number, cases, f"Zener, one bead; the last bead of a chain {in_chain:.0f}")
+def ours(diameter: float, thickness: float) -> hl.theory.PlateImpact:
+    return hl.theory.PlateImpact(shared.sphere(diameter), shared.plate(thickness), shared.PLATE_SPEED)
 
-    # The smallest beads, the largest beads, and the thinnest plate.
-    small, large, thinnest = min(shared.DIAMETERS), max(shared.DIAMETERS), min(shared.THICKNESSES)
-    times = [
-        1e6 * hl.theory.PlateImpact(shared.sphere(small), shared.plate(t), shared.PLATE_SPEED).contact_time
-        for t in shared.THICKNESSES
-    ]
-    by_their = [thesis_contact_time(small, t, thesis_parameter(small, t)) for t in shared.THICKNESSES]
-    ends: dict[str, Case] = {"": (min(times), max(times)), with_theirs(speed, small): (min(by_their), max(by_their))}
-    yield Number("contact time, D 4.76, all plates", ends)
-    parameter = hl.theory.PlateImpact(shared.sphere(large), shared.plate(thinnest), shared.PLATE_SPEED).inelasticity
-    ours, by_theirs = (hl.theory.zener_restitution(p) for p in (parameter, thesis_parameter(large, thinnest)))
-    yield Number("e, D 19.05, t 2.29", {"": float(ours), with_theirs(speed, large): float(by_theirs)})
-    thickest = max(shared.THICKNESSES)
-    yield Number("D/t, largest bead, thickest plate", {"": large / thickest, "19.1 mm": 19.1e-3 / thickest})
 
-    # AR and TOF over D/t, as in figures 6.18 and 6.19, whose values are not printed.
-    for diameter, thickness in sorted(
-        product(shared.DIAMETERS, shared.THICKNESSES), key=lambda pair: pair[0] / pair[1]
-    ):
-        ratio, at = diameter / thickness, data.sel(diameter=diameter, thickness=thickness)
-        (striker, flight), (wave, later) = (theory(ratio, speed) for speed in SPEEDS)
-        finite, infinite = (float(at.amplitude_ratio.sel(body=body).fillna(0.0)) for body in BODIES[:2])
-        said = (
-            f"e^(6/5) with the striker's speed {striker:.3g}, with the wave's {wave:.3g}; infinite plate {infinite:.4f}"
-        )
-        yield Number(f"AR, D/t {ratio:.2f}", finite or "below 0.01", said)
-        time = 1e3 * float(at.time_of_flight.sel(body="plate")) / diameter
-        said = f"equation 6.39 with the striker's speed {1e3 * flight:.4g}, with the wave's {1e3 * later:.4g}"
-        yield Number(f"TOF/D, D/t {ratio:.2f}", time, said, "µs/mm")
+def of_thesis(
+    diameter: float, thickness: float, speed: float = THESIS_IMPACT.bead_speed, parameter: float | None = None
+) -> hl.theory.PlateImpact:
+    """Return the impact with the thesis's data of the bead; parameter: λ, by default that of the speed."""
+    return hl.theory.PlateImpact(theirs(diameter), shared.plate(thickness), speed, parameter)
 
 
 def with_theirs(first: str, diameter: float) -> str:
@@ -115,17 +75,49 @@ def with_theirs(first: str, diameter: float) -> str:
     return f"{first}, 19.1 mm and 8000 kg/m³" if diameter == shared.DIAMETERS[-1] else f"{first} and 8000 kg/m³"
 
 
-def thesis_parameter(diameter: float, thickness: float) -> float:
-    """Return λ with the thesis's data."""
-    return float(
-        hl.theory.PlateImpact(theirs(diameter), shared.plate(thickness), THESIS_IMPACT.bead_speed).inelasticity
-    )
+def numbers(data: xr.Dataset) -> Iterator[Number]:
+    lines, speed = printed("aspect-ratio"), f"{THESIS_IMPACT.bead_speed:.3g} m/s"
+    for diameter, thickness in product(shared.DIAMETERS, shared.THICKNESSES):
+        label, impact = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}", ours(diameter, thickness)
+        if f"λ, {label}" not in lines:
+            continue
+        again = float(of_thesis(diameter, thickness).inelasticity)
+        yield Number(f"λ, {label}", {"": impact.inelasticity, with_theirs(speed, diameter): again})
+        if f"contact time, {label}" in lines:
+            # For the numbers that would be printed as the thesis's λ.
+            digits = lines[f"λ, {label}"].corrected or lines[f"λ, {label}"].low
+            by_digits = (of_thesis(diameter, thickness, STRIKER_SPEED, end) for end in rounded(digits, digits))
+            low, high = (1e6 * float(one.contact_time) for one in by_digits)
+            condition = with_theirs("the thesis's λ", diameter)
+            cases: dict[str, Case] = {"": 1e6 * impact.contact_time, condition: (low, high)}
+            in_chain = 1e6 * float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness))
+            said = f"Zener, one bead; the last bead of a chain {in_chain:.0f}"
+            yield Number(f"contact time, {label}", cases, said)
 
+    # The smallest beads, the largest beads, and the thinnest plate.
+    small, large = min(shared.DIAMETERS), max(shared.DIAMETERS)
+    thinnest, thickest = min(shared.THICKNESSES), max(shared.THICKNESSES)
+    times = [1e6 * ours(small, t).contact_time for t in shared.THICKNESSES]
+    parameters = [float(of_thesis(small, t).inelasticity) for t in shared.THICKNESSES]
+    pairs = zip(shared.THICKNESSES, parameters, strict=True)
+    theirs_too = [1e6 * float(of_thesis(small, t, STRIKER_SPEED, one).contact_time) for t, one in pairs]
+    cases = {"": (min(times), max(times)), with_theirs(speed, small): (min(theirs_too), max(theirs_too))}
+    yield Number("contact time, D 4.76, all plates", cases)
+    impacts = ours(large, thinnest), of_thesis(large, thinnest)
+    plain, again_e = (float(hl.theory.zener_restitution(float(one.inelasticity))) for one in impacts)
+    yield Number("e, D 19.05, t 2.29", {"": plain, with_theirs(speed, large): again_e})
+    yield Number("D/t, largest bead, thickest plate", {"": large / thickest, "19.1 mm": 19.1e-3 / thickest})
 
-def thesis_contact_time(diameter: float, thickness: float, parameter: float) -> float:
-    """Return T_c, µs, for a λ, with the thesis's data."""
-    speed = THESIS_IMPACT.striker_speed
-    return 1e6 * float(hl.theory.PlateImpact(theirs(diameter), shared.plate(thickness), speed, parameter).contact_time)
+    # AR and TOF over D/t, as in figures 6.18 and 6.19, whose values are not printed.
+    for diameter, thickness in sorted(product(shared.DIAMETERS, shared.THICKNESSES), key=lambda at: at[0] / at[1]):
+        ratio, at = diameter / thickness, data.sel(diameter=diameter, thickness=thickness)
+        (striker, flight), (wave, later) = (theory(ratio, speed) for speed in SPEEDS)
+        finite, infinite = (float(at.amplitude_ratio.sel(body=body).fillna(0.0)) for body in BODIES[:2])
+        said = f"e^(6/5) with the striker's speed {striker:.3g}, with the wave's {wave:.3g}"
+        yield Number(f"AR, D/t {ratio:.2f}", finite or "below 0.01", f"{said}; infinite plate {infinite:.4f}")
+        time = 1e3 * float(at.time_of_flight.sel(body="plate")) / diameter
+        said = f"equation 6.39 with the striker's speed {1e3 * flight:.4g}, with the wave's {1e3 * later:.4g}"
+        yield Number(f"TOF/D, D/t {ratio:.2f}", time, said, "µs/mm")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
@@ -170,6 +162,5 @@ def over_ratio(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
 
 
 def zener(axis: draw.Axes, values: xr.DataArray) -> None:
-    """Draw Zener's theory for both speeds."""
     for speed, style, name in zip(values.speed.values, ("-", "--"), ("striker's", "wave's"), strict=True):
         draw.theory_line(axis, values.ratio, values.sel(speed=speed), f"Zener, the {name} speed", style)

@@ -98,7 +98,6 @@ class Row(NamedTuple):
 
     @property
     def cells(self) -> tuple[str, str, str, str]:
-        """The texts below HEAD."""
         return ", ".join(filter(None, (self.number, self.unit))), self.thesis, self.hertzlink, self.verdict
 
 
@@ -116,14 +115,15 @@ def compare(study: str, numbers: Iterable[Number]) -> list[Row]:
         line = known.get(number.name)
         first, *others = as_cases(number.ours).items()
         remarks = [f"{name}: {shown(case)}" for name, case in others]
-        if line is None:
-            rows.append(Row(number.name, number.unit, "", shown(first[1]), "", joined(number.remark, *remarks)))
-            continue
-        word, said, off = verdict(line, number.ours)
-        source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
-        ours = line.corrected if line.kind == "misprint" and word == MISPRINT else shown(first[1])
-        remark = joined(source, said, number.remark, line.remark, *remarks)
-        rows.append(Row(line.number, line.unit, line.text, ours, word, remark, off))
+        word, off, ours, unit, thesis = "", 0.0, shown(first[1]), number.unit, ""
+        said = [number.remark, *remarks]
+        if line is not None:
+            word, why, off = verdict(line, number.ours)
+            source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
+            said = [source, why, number.remark, line.remark, *remarks]
+            ours = line.corrected if line.kind == "misprint" and word == MISPRINT else ours
+            unit, thesis = line.unit, line.text
+        rows.append(Row(number.name, unit, thesis, ours, word, "; ".join(filter(None, said)), off))
     return rows
 
 
@@ -188,7 +188,6 @@ def as_cases(ours: Ours) -> dict[str, Case]:
 
 
 def as_range(ours: float | Range) -> Range:
-    """Return the ends of a range, or twice the number."""
     return (min(ours), max(ours)) if isinstance(ours, tuple) else (float(ours), float(ours))
 
 
@@ -201,7 +200,6 @@ def last_digit(text: str) -> float:
 
 
 def shown(case: Case) -> str:
-    """Return ours in four digits."""
     if isinstance(case, str):
         return case
     if isinstance(case, bool):
@@ -216,13 +214,7 @@ def bracketed(low: float, high: float) -> str:
     return f"{low:.{digits}f} to {high:.{digits}f}" if low > 0.0 else f"< {high:.{digits}f}"
 
 
-def joined(*parts: str) -> str:
-    """Return the parts that are not empty."""
-    return "; ".join(filter(None, parts))
-
-
 def counts(rows: Iterable[Row]) -> dict[str, int]:
-    """Return how many verdicts of each kind there are."""
     words = [row.verdict for row in rows]
     return {word: words.count(word) for word in VERDICTS}
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,20 +23,13 @@ PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.
 LAW_PARAMETERS = np.geomspace(0.05, 2.0, 200)
 # Allowed differences of AR from its far value beyond the critical distance; the one in the figures.
 TOLERANCES, SHOWN = (0.01, 0.02, 0.05), 0.02
-LINES = ["A0 Lamb", "Rayleigh"]
+LINES, PANEL = ["A0 Lamb", "Rayleigh"], draw.Look(width=3.3, height=3.5)
 SHOWN_PARAMETERS = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)  # λ in the figure of the collapse, if it was simulated.
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR over edge, λ and d/ℓ; of other pairs; the law compared with both. quick: fewer."""
     parameters, distances = (QUICK_PARAMETERS, QUICK_DISTANCES) if quick else (PARAMETERS, DISTANCES)
-    data = main_map(parameters, distances, jobs)
-    data = data.merge(other_pairs(list(OTHER_PAIRS)[::3] if quick else list(OTHER_PAIRS), quick, jobs))
-    return data.merge(law())
-
-
-def main_map(parameters: tuple[float, ...], distances: tuple[float, ...], jobs: int | None) -> xr.Dataset:
-    """Return AR of MAIN by edge and far away, the values of the law's table, and the critical distances over ℓ."""
 
     def near(edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
         return MAIN.coupled(MAIN.struck(edge, inelasticity, scaled_distance))
@@ -48,6 +40,8 @@ def main_map(parameters: tuple[float, ...], distances: tuple[float, ...], jobs: 
     runs = hl.sweep(near, MAIN.record, jobs, measure, edge=EDGES, inelasticity=parameters, scaled_distance=distances)
     far = hl.sweep(away, MAIN.record, 1, measure, inelasticity=parameters)
     data = xr.Dataset({"amplitude_ratio": runs.amplitude_ratio, "far_ratio": far.amplitude_ratio})
+
+    # The values of the law's table, and the critical distances over ℓ.
     difference = data.amplitude_ratio - data.far_ratio
     data["table_error"] = tabulated(difference, MAIN.stiffness_ratio) - difference
     data = data.assign_coords(within=list(TOLERANCES))
@@ -55,7 +49,8 @@ def main_map(parameters: tuple[float, ...], distances: tuple[float, ...], jobs: 
         crossing, difference, data.within, input_core_dims=[["scaled_distance"], []],
         kwargs={"distances": data.scaled_distance.values}, vectorize=True,
     )  # fmt: skip
-    return data
+    others = other_pairs(list(OTHER_PAIRS)[::3] if quick else list(OTHER_PAIRS), quick, jobs)
+    return data.merge(others).merge(law())
 
 
 def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
@@ -122,7 +117,6 @@ def by_law(edge: str, parameters: Vector) -> Vector:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the collapse, the law and its error."""
     for name in data.pair.values:
         case = data.sel(pair=name)
         moved, error = (float(abs(case[what]).max()) for what in ("material_deviation", "other_error"))
@@ -139,29 +133,21 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         # Both are 0 if AR is within the tolerance at all distances.
         errors = 100.0 * np.abs(value - simulated) / np.maximum(simulated, 1e-9)
         held = (simulated >= least - 0.005) & (simulated <= most + 0.005) & np.isfinite(simulated)
-        said = (
-            f"of d_c at {np.isfinite(simulated).sum()} pairs of λ and tolerance; median {np.nanmedian(errors):.2f} %; "
-        )
-        said += f"{held.sum()} lie within the law's bounds. AR: at most {float(abs(part.table_error).max()):.4f}"
+        said = f"of d_c at {np.isfinite(simulated).sum()} pairs of λ and tolerance; median {np.nanmedian(errors):.2f} %"
+        said += f"; {held.sum()} lie within the law's bounds. AR: at most {float(abs(part.table_error).max()):.4f}"
         yield Number(f"law's largest error, {edge} edge, λ {low:g} to {high:g}", float(np.nanmax(errors)), said, "%")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the collapse, and the law."""
     return {"collapse": collapse(data), "critical_distance": by_parameter(data)}
-
-
-def edges(data: xr.Dataset, ylabel: str, **labels: Any) -> tuple[draw.Figure, list[tuple[draw.Axes, xr.Dataset]]]:
-    """Return a panel for each edge, and the data there."""
-    return draw.each(data, "edge", "{} edge".format, width=3.3, height=3.5, ylabels=[ylabel], **labels)
 
 
 def collapse(data: xr.Dataset) -> draw.Figure:
     """Return AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds, if any."""
     from matplotlib import colormaps
 
-    labels = {"xlabel": "distance from the edge, d / ℓ", "xlim": (0.0, 3.5), "ylim": (0.0, 1.0)}
-    figure, panels = edges(data, "amplitude ratio AR", **labels)
+    labels = draw.Look(xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0))
+    figure, panels = draw.each(data, "edge", "{} edge".format, ylabels=["amplitude ratio AR"], **PANEL, **labels)
     parameters = [p for p in data.inelasticity.values if p in SHOWN_PARAMETERS]
     same = [name for name in SAME_MATERIALS if name in data.pair]
     look, first = draw.Look(markersize=4.5, markerfacecolor="none"), panels[0][0]
@@ -181,8 +167,9 @@ def collapse(data: xr.Dataset) -> draw.Figure:
 
 def by_parameter(data: xr.Dataset) -> draw.Figure:
     """Return c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
+    labels = draw.Look(xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
     label = f"critical distance c = $d_c$ / ℓ (AR ± {SHOWN})"
-    figure, panels = edges(data, label, xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
+    figure, panels = draw.each(data, "edge", "{} edge".format, ylabels=[label], **PANEL, **labels)
     x = data.law_inelasticity
     for axis, edge in panels:
         at = edge.sel(within=SHOWN)

@@ -1,8 +1,7 @@
 """Thesis section 5.3.2: waves in chains of cylinders perpendicular to the chain, each rotated against its neighbour."""
 
-import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import radians
 
@@ -14,6 +13,7 @@ from hertzlink.studies import draw, waves
 from hertzlink.studies.compare import Case, Number
 from hertzlink.studies.shared import long_waves, named, of_mass, with_units
 from particles.solitary import CONTACT_TO_CENTRE_FORCE
+from structures.caution import collected
 
 STEEL, RADIUS, LENGTH = hl.STEEL_316, 2.38e-3, 4.76e-3
 STRIKER = hl.Sphere(2.38e-3, STEEL)
@@ -28,20 +28,13 @@ UNTIL = 4e-4
 CASES = ("90°", "90°, gravity", "90°, printed masses", "0°")
 
 
-@dataclass(frozen=True)
-class Tacit:
-    """The law from `contact_law` without its warning: the table and the figures mark the limit of the theory."""
-
-    name: str = "contact_law"
-
-    def __call__(self, first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
-        """Return Hertz's law of crossed cylinders at any angle."""
-        if isinstance(first, hl.Cylinder) and isinstance(second, hl.Cylinder) and first.angle != second.angle:
-            return hl.laws.PowerLaw(hl.theory.hertz_stiffness(first.surface, second.surface))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", hl.HertzlinkWarning)
-            law = hl.contact_law(first, second)
-        return replace(law, caution="") if isinstance(law, hl.laws.TabulatedLaw) else law
+def tacit_law(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
+    """Return the law of `contact_law` without its warning: the table and the figures mark the limit of the theory."""
+    if isinstance(first, hl.Cylinder) and isinstance(second, hl.Cylinder) and first.angle != second.angle:
+        return hl.laws.PowerLaw(hl.theory.hertz_stiffness(first.surface, second.surface))
+    with collected():
+        law = hl.contact_law(first, second)
+    return replace(law, caution="") if isinstance(law, hl.laws.TabulatedLaw) else law
 
 
 def cylinder(angle: float) -> hl.Cylinder:
@@ -60,16 +53,12 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
     default, because starting processes takes longer than the runs.
     """
-    jobs, speeds, law = jobs or 1, SPEEDS[::4] if quick else SPEEDS, Tacit()
-
-    def curve(angle: float) -> waves.Curve:
-        pair = cylinder(0.0), cylinder(angle)
-        return waves.Curve(pair, law(*pair), law, speeds=speeds, striker=STRIKER)
+    jobs, speeds = jobs or 1, SPEEDS[::4] if quick else SPEEDS
 
     def case_of_the_thesis(case: str) -> hl.CoSimulation:
         # As only the angle between neighbours matters, cylinders are turned back and forth.
         beads = [cylinder(90.0 * (i % 2) if case.startswith("90°") else 0.0) for i in range(BEADS)]
-        struck = hl.Chain(beads, STRIKER, IMPACT_SPEED, law=law)
+        struck = hl.Chain(beads, STRIKER, IMPACT_SPEED, law=tacit_law)
         if case.endswith("gravity"):  # it needs a floor
             return hl.CoSimulation(replace(struck, gravity=9.81), hl.half_space(STEEL))
         if case.endswith("printed masses"):
@@ -77,8 +66,12 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
             struck = replace(struck, beads=beads, striker=of_mass(STRIKER, STRIKER_MASS))
         return hl.CoSimulation(struck, None)
 
-    of_angles = {angle: curve(angle) for angle in ANGLES}
-    data = waves.run_curves("angle", of_angles, BEADS, SENSORS, UNTIL, jobs, APPROACHES)
+    pairs = {angle: (cylinder(0.0), cylinder(angle)) for angle in ANGLES}
+    curves = {
+        angle: waves.Curve(pair, tacit_law(*pair), tacit_law, speeds=speeds, striker=STRIKER)
+        for angle, pair in pairs.items()
+    }
+    data = waves.run_curves("angle", curves, BEADS, SENSORS, UNTIL, jobs, APPROACHES)
     measure = partial(waves.passage, first=SENSORS[0], second=SENSORS[1])
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     return with_units(data.merge(named(cases, "case")), angle="degree")
@@ -90,7 +83,6 @@ def normalised(data: xr.Dataset, angle: float, force: float) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of section 5.3.2."""
     # Figure 5.9a, and 40 N of figure 5.9b.
     speeds = data.case_wave_speed.to_series().to_dict()
     plain = {"": speeds["90°"], "gravity": speeds["90°, gravity"]}
@@ -115,7 +107,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("speed at 5° over 90°, at 10, 40, 80 N", at_five, "Hertz's exponent is the same at every angle")
 
     # The line contact, equation 5.8, and figure 5.10.
-    law, force = Tacit()(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
+    law, force = tacit_law(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
     power = waves.power_exponent(law.approach(force), force)
     approach = law.approach(np.array([1e3, 3e4]) * LENGTH)
     local = law.tangent(approach) * approach / law.force(approach)
@@ -150,16 +142,13 @@ def over_angle(data: xr.Dataset) -> draw.Figure:
         draw.points(axis, angles[~beyond], ratios[~beyond], i, f"F = {force:.0f} N", size=size)
         draw.points(axis, angles[beyond], ratios[beyond], i, hollow=True, size=size)
     axis.annotate("line contact", (0.0, ratios[0]), (8, 0), textcoords="offset points", va="center", fontsize="small")
-    for ends, style, label in (
-        ((HERTZ_ANGLE, 90.0), "-", "theory of long waves, any force"),
-        ((1.0, HERTZ_ANGLE), "--", ""),
-    ):
-        fine = np.geomspace(*ends, 50)
+    labels = "theory of long waves, any force", ""
+    for low, high, style, label in zip((HERTZ_ANGLE, 1.0), (90.0, HERTZ_ANGLE), ("-", "--"), labels, strict=True):
+        fine = np.geomspace(low, high, 50)
         draw.theory_line(axis, fine, [(stiffness(a) / stiffness(90.0)) ** (1.0 / 3.0) for a in fine], label, style)
     label = f"below {HERTZ_ANGLE:.0f}°: beyond half-space theory"
     axis.plot([], [], "o--", color="black", linewidth=0.9, markerfacecolor="white", label=label)
     axis.set(xlabel="angle between neighbours (°)", ylabel="wave speed over that at 90°")
-    axis.set(xticks=[0, 10, 30, 45, 60, 75, 90])
-    axis.set_ylim(bottom=0.0)
+    axis.set(xticks=[0, 10, 30, 45, 60, 75, 90], ylim=(0.0, None))
     axis.legend()
     return figure

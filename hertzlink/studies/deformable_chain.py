@@ -32,11 +32,9 @@ MODES = 8
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
 LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s.
 MODELS, NAMES = ("point masses", "modes"), {"point masses": "point masses", "modes": "deformable beads"}
-LABELS = ("peak force at contact 16 (N)", "wave speed (m/s)")
 
 
 def chain(model: str, impact_speed: float, modes: int = MODES, law: hl.ContactLaw | None = None) -> hl.Chain:
-    """Return the thesis's chain, of point masses or of deformable beads."""
     if model == "point masses":
         return hl.Chain([BEAD] * BEADS, BEAD, impact_speed)
     return hl.DeformableChain([BEAD] * BEADS, BEAD, impact_speed, law=law, modes=modes)
@@ -102,7 +100,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def with_echo(beads: str) -> xr.Dataset:
-    """Return section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
+    """Return section 3.3.2: measures, and forces at both sensors over `shape_time`, s, with the echo of the wall."""
     run = hl.CoSimulation(chain(beads, SHAPE_SPEED), WALL).run(WITH_ECHO, SAVE_EVERY)
     data = shared.named(measure(run.sel(time=slice(None, UNTIL))), "shape")
     data["sensor_force"] = shared.sensor_forces(run, SENSORS)
@@ -126,17 +124,9 @@ def by_force(force: Vector | float) -> Vector:
 def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
     """Return forces at bead 10, N: of contacts, of its section; theory, averaged over contacts, and at the centre."""
     near = data.sel(sensor=SENSORS[0], beads="modes", shape_time=slice(None, 0.8 * UNTIL))
-    mean, section, time, speed = (
-        near.sensor_force,
-        near.section_force,
-        near.shape_time.values,
-        float(near.shape_wave_speed),
-    )
-    crest, half, waves = (
-        float((mean * near.shape_time).sum() / mean.sum()),
-        0.5 * BEAD.size / speed,
-        shared.long_waves(BEAD),
-    )
+    mean, time, speed = near.sensor_force, near.shape_time.values, float(near.shape_wave_speed)
+    crest, half = float((mean * near.shape_time).sum() / mean.sum()), 0.5 * BEAD.size / speed
+    waves = shared.long_waves(BEAD)
 
     def theory(crest: float) -> Vector:
         """The force of a wave whose crest passes at a time, from its strain (equation 1.8)."""
@@ -144,11 +134,10 @@ def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
         return force
 
     averaged = 0.5 * (theory(crest - half) + theory(crest + half))
-    return mean, section, mean.copy(data=averaged), mean.copy(data=theory(crest))
+    return mean, near.section_force, mean.copy(data=averaged), mean.copy(data=theory(crest))
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of sections 3.3.2 and 3.4."""
     # Figures 3.3 to 3.5.
     rigid, soft = data.shape_wave_speed.sel(beads=list(MODELS)).values.tolist()
     faster = (SHAPE_SPEED / MESH_SPEED) ** 0.2
@@ -171,14 +160,8 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("time with modes", f"{float(data.law_seconds[-1]):.2g} s")
 
     # What point masses lack: the section of figure 3.3, and the energy of vibrations.
-    mean, section, expected, centre = (curve.values for curve in at_first_sensor(data))
     yield Number("fastest motion over dilatational speed", "")
     yield Number("kinetic over potential energy", "")
-    apart = 100.0 * float(np.abs(section - mean).max() / mean.max())
-    said = f"peaks at bead 10, modes; they differ by {apart:.2f} % of it at most"
-    yield Number("force at the central section over contacts' mean", float(section.max() / mean.max()), said)
-    said = f"equation 1.8, averaged over the bead's contacts; at the bead's centre {centre.max() / mean.max():.2f}"
-    yield Number("theory over contacts' mean", float(expected.max() / mean.max()), said)
     passing = data.vibration_share.sum("bead").sel(time=PASSING)
     said = "of the striker's; nearly all of it is the beads' compression, which the wave takes with it"
     yield Number("energy in vibrations while the wave passes", 100.0 * float(passing.mean()), said, "%")
@@ -193,16 +176,21 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         draw.lines(axis, model.sensor_force, "shape_time", "sensor", "bead {}", 1e6)
         axis.set_xlabel("time (µs)")
     draw.legend_above(sensors, axis, 2)
-    return {
-        "section": section(*at_first_sensor(data)),
-        "sensors": sensors,
-        "speed_force": speed_force(data),
-        "meshes": convergence(data),
-    }
+
+    labels = "peak force at contact 16 (N)", "wave speed (m/s)"
+    meshes, axes = draw.panels(2, xlabel="cells where beads touch (µm)", ylabels=labels)
+    for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
+        axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
+        axis.plot(1e6 * data.law_spacing, data[f"law_{what}"], label="deformable beads")
+        draw.log_x(axis)
+        axis.invert_xaxis()
+    draw.legend_above(meshes, axes[0], 2)
+    return {"section": section(data), "sensors": sensors, "speed_force": speed_force(data), "meshes": meshes}
 
 
-def section(mean: xr.DataArray, section: xr.DataArray, averaged: xr.DataArray, centre: xr.DataArray) -> draw.Figure:
+def section(data: xr.Dataset) -> draw.Figure:
     """Return the force through the central section beside the mean of the contacts, and their difference."""
+    mean, section, averaged, centre = at_first_sensor(data)
     labels = ("force at bead 10 (N)", "central section minus mean (N)")
     figure, axes = draw.panels(2, width=3.8, height=3.8, xlabel="time (µs)", ylabels=labels)
     time = mean.shape_time.values * 1e6
@@ -219,7 +207,6 @@ def section(mean: xr.DataArray, section: xr.DataArray, averaged: xr.DataArray, c
 
 
 def speed_force(data: xr.Dataset) -> draw.Figure:
-    """Return the wave speed over peak force, and relative to theory."""
     labels = ("wave speed (m/s)", "wave speed over theory")
     figure, axes = draw.panels(2, width=3.6, xlabel="peak contact force (N)", ylabels=labels)
     force = data.speed_peak_force
@@ -233,16 +220,4 @@ def speed_force(data: xr.Dataset) -> draw.Figure:
         axis.set_xlim(left=0.0)
     axes[0].set_ylim(bottom=0.0)
     draw.legend_above(figure, axes[0], 3)
-    return figure
-
-
-def convergence(data: xr.Dataset) -> draw.Figure:
-    """Return the peak force and wave speed over the cells of the contact's law."""
-    figure, axes = draw.panels(2, width=3.4, xlabel="cells where beads touch (µm)", ylabels=LABELS)
-    for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
-        axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
-        axis.plot(1e6 * data.law_spacing, data[f"law_{what}"], label="deformable beads")
-        draw.log_x(axis)
-        axis.invert_xaxis()
-    draw.legend_above(figure, axes[0], 2)
     return figure

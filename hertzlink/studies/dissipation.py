@@ -42,7 +42,6 @@ class Loss(NamedTuple):
     deviations: tuple[float, float]
 
     def law(self, name: str) -> hl.Dissipation | None:
-        """Return a law of LAWS."""
         if name == "undamped":
             return None
         if name == "drag":
@@ -60,9 +59,8 @@ class Loss(NamedTuple):
         """Return the horizontal chain, free at its end; step in units of the default step."""
         chain = hl.Chain([self.bead] * BEADS, self.bead, speed, dissipation=law)
         free = hl.CoSimulation(chain, None)
-        return (
-            free if step == 1.0 else hl.CoSimulation(chain, None, dt=step * free.chain.contact_time / STEPS_PER_CONTACT)
-        )
+        dt = step * free.chain.contact_time / STEPS_PER_CONTACT
+        return free if step == 1.0 else hl.CoSimulation(chain, None, dt=dt)
 
 
 STEEL = Loss(hl.Sphere(RADIUS, hl.STEEL_316), 1.81, 5.58, (0.25, 1.30))
@@ -101,6 +99,16 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         if meeting == "at a bead":
             wall = replace(hl.half_space(hl.STEEL_316), surface=STEEL.bead.surface)
         return hl.CoSimulation(hl.Chain([STEEL.bead] * BEADS, STEEL.bead, IMPACT_SPEED), wall)
+
+    def with_history(run: xr.Dataset) -> xr.Dataset:
+        contacts = run.contact_force.max("time").reset_coords(drop=True)
+        label = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
+        force = sensor_forces(run, SHOWN_SENSORS).rename(sensor="shown")
+        return peaks(run).assign(force=force, contact_peak=contacts.assign_attrs(label))
+
+    def secondary_wave(run: xr.Dataset) -> xr.Dataset:
+        wave = hl.reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
+        return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
 
     # All laws in steel with the force over time, and all except the drag in PTFE and brass.
     parts = [
@@ -143,20 +151,6 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
     )
 
 
-def with_history(run: xr.Dataset) -> xr.Dataset:
-    """Return the peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
-    contacts = run.contact_force.max("time").reset_coords(drop=True)
-    label = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
-    force = sensor_forces(run, SHOWN_SENSORS).rename(sensor="shown")
-    return peaks(run).assign(force=force, contact_peak=contacts.assign_attrs(label))
-
-
-def secondary_wave(run: xr.Dataset) -> xr.Dataset:
-    """Return the peak force of the secondary wave over that of the original one."""
-    wave = hl.reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
-    return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
-
-
 def forces_and_speeds(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
     """Return the geometric mean of neighbouring sensors' peak forces (N), and the front speed between them (m/s)."""
     swept = data[["swept_peak", "swept_arrival"]].sel(law=law).transpose("striker_speed", "swept_sensor")
@@ -181,7 +175,6 @@ def yield_speed(bead: hl.Sphere, yield_stress: float = YIELD_STRESS) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of chapter 4 and those that depend on them."""
     # Table 4.1, and what is left of the wave at bead 56 of that at bead 9 by three readings of it.
     for name, of in TABLE_4_1.items():
         yield Number(f"mass, {name}", of.bead.mass * 1e3)

@@ -27,7 +27,6 @@ FORCE_OVER_APPROACH = ("approach (µm)", "contact force (N)")
 
 
 def style() -> AbstractContextManager[None]:
-    """Draw figures in STYLE."""
     from matplotlib import rc_context
 
     return rc_context(STYLE)  # type: ignore[arg-type]
@@ -77,7 +76,6 @@ def lines(
 
 
 def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
-    """Put the legend of one panel above all panels."""
     figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center", ncols=columns)
 
 
@@ -90,7 +88,6 @@ def points(
 
 
 def theory_line(axis: Axes, x: Any, y: Any, label: str, style: str = "-") -> None:
-    """Draw a thin black line of a closed form."""
     axis.plot(x, y, style, color="black", linewidth=0.9, label=label)
 
 
@@ -136,7 +133,6 @@ def log_x(axis: Axes) -> None:
 
 
 def logarithmic(axis: Axes) -> None:
-    """Make both axes logarithmic, with plain numbers."""
     axis.set(xscale="log", yscale="log")
     _plain_numbers(axis.xaxis)
     _plain_numbers(axis.yaxis)

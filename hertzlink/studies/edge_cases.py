@@ -32,7 +32,6 @@ class Pair:
 
     @cached_property
     def chain(self) -> hl.Chain:
-        """The chain and its striker, without losses and gravity."""
         return hl.Chain([self.bead] * shared.BEADS, self.bead, self.speed)
 
     @cached_property
@@ -52,7 +51,6 @@ class Pair:
         return hl.kirchhoff_plate(1.0, 1.0, float(1e-3 * (parameter / inelasticity) ** 0.5), self.wall, hl.Supports())
 
     def length(self, inelasticity: float) -> float:
-        """Return ℓ, m."""
         return edge_length(self.bead, self.plate(inelasticity), self.speed)
 
     def struck(self, edge: str, inelasticity: float, scaled: float, until: float | None = None) -> hl.Structure:
@@ -74,7 +72,6 @@ class Pair:
         return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4))
 
     def coupled(self, structure: hl.Structure) -> hl.CoSimulation:
-        """Return the chain against a structure."""
         return hl.CoSimulation(self.chain, structure, dt=self.contact_time / STEPS_PER_CONTACT)
 
 
@@ -107,7 +104,6 @@ def ratio(run: xr.Dataset) -> float:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """Return the part of a run that the study keeps."""
     return xr.Dataset({"amplitude_ratio": ratio(run)})
 
 

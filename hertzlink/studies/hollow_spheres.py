@@ -66,14 +66,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of section 5.3.3."""
     # Table 5.1 compared with Hertz in series with Reissner's shell.
     yield Number("mass of a hollow sphere", particle(THIN).mass * 1e3)
     yield Number("k, Ri/Ro 0", law_of(0.0).kernel[0] * 1e-9)
     for ratio, printed in TABLE_5_1.items():
-        at, share = np.array(5e-6), 100.0 * (data.force / data.table_force - 1.0).sel(ratio=ratio).values
-        said = f"Table 5.1 gives {float(printed.force(at)):.4g}; {share[0]:+.1f} % at 1 µm, {share[-1]:+.1f} % at 20 µm"
-        yield Number(f"F at 5 µm, Ri/Ro {ratio:g}", float(law_of(ratio).force(at)), said, "N")
         fit = waves.power_fit(law_of(ratio), *FITTED_RANGE, relative=False)
         said = f"of a fit over 0.2 to 10 µm, k = {fit.stiffness:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}"
         yield Number(f"exponent n, Ri/Ro {ratio:g}", fit.exponent, said)

@@ -20,7 +20,7 @@ from coupling.inference.misfit import GAIN, TIME_ZERO, inverse
 from coupling.inference.settings import SETTINGS
 from hertzlink.studies import draw
 from hertzlink.studies.compare import Number
-from hertzlink.studies.shared import over, with_units
+from hertzlink.studies.shared import over, wall_stiffness, with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.caution import collected
 from structures.structure import Vector
@@ -88,7 +88,6 @@ def edge_case(
     diameter: float, distance: float, thickness: float, impact_speed: float, youngs_modulus: float | None = None,
     contact: str = KNOWN,
 ) -> hl.CoSimulation:  # fmt: skip
-    """Return a chain of beads against a plate, at a distance from its clamped edge."""
     bead, wall = hl.Sphere(0.5 * diameter, hl.STEEL_440C), hl.ALUMINIUM_6061
     if youngs_modulus is not None:
         wall = replace(wall, youngs_modulus=youngs_modulus)
@@ -142,9 +141,8 @@ def combinations(contact: str, near: float) -> xr.Dataset:
     size, vectors = np.linalg.eigh(covariance)
     root = np.sqrt(np.diag(covariance))
     combined, correlated = (vectors * np.sign(vectors[0])).T, covariance / np.outer(root, root)
-    data = labelled(
-        "combination_error", SETTINGS.deviations * np.sqrt(size), {"combination": ("best", "middle", "worst")}
-    )
+    errors, places = SETTINGS.deviations * np.sqrt(size), {"combination": ("best", "middle", "worst")}
+    data = labelled("combination_error", errors, places)
     return data.assign(
         combination_of=(("combination", "of"), combined, {"units": "1", "long_name": "part in the combination"}),
         correlation=(("of", "other"), correlated, {"units": "1", "long_name": "correlation of the estimates"}),
@@ -183,7 +181,6 @@ def half_widths(
 
 
 def labelled(name: str, values: Vector, axes: Mapping[str, Sequence[Any]]) -> xr.Dataset:
-    """Return half-widths under a name, over their axes."""
     label = {"units": "1", "long_name": "half of the 95 % interval"}
     return xr.Dataset({name: (tuple(axes), values, label)}, {axis: list(places) for axis, places in axes.items()})
 
@@ -194,35 +191,31 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         case = data.sel(diameter=diameter, thickness=MAIN_THICKNESS, distance=distance, measured=what)
         (short, long), alone = (case.edge_error.sel(free=f, unknown="distance").values for f in ("all", "distance"))
         name = f"distance {1e3 * distance:.0f} mm, D {1e3 * diameter:.2f}, {what}"
-        if what == FEATURES:
-            said = f"two numbers cannot give three unknowns; the distance alone: {percent(alone[0])}"
-            yield Number(name, percent(short), said)
-            continue
-        said = f"record of 2.8 ms: {percent(long)}; the distance alone: {percent(alone[0])}"
-        yield Number(name, percent(short), said)
+        why = "two numbers cannot give three unknowns" if what == FEATURES else f"record of 2.8 ms: {percent(long)}"
+        yield Number(name, percent(short), f"{why}; the distance alone: {percent(alone[0])}")
 
     for contact, distance in product(data.contact.values, data.near.values):
         at = data.sel(contact=contact, near=distance)
-        parts = []
-        for which, vector, error in zip(
-            at.combination.values, at.combination_of.values, at.combination_error.values, strict=True
-        ):
-            shown = ", ".join(f"{part:+.2f}" for part in vector)
-            parts.append(f"{which} ({shown}) ± {percent(error)}")
+        vectors = [", ".join(f"{part:+.2f}" for part in vector) for vector in at.combination_of.values]
+        rows = zip(at.combination.values, vectors, at.combination_error.values, strict=True)
+        said = "; ".join(f"{which} ({vector}) ± {percent(error)}" for which, vector, error in rows)
         name = f"(d, t, E) at {1e3 * distance:g} mm, contact's stiffness {contact}: cosine of best and statics"
-        yield Number(name, cosine(at.combination_of.values[0], STATICS), "; ".join(parts))
+        yield Number(name, cosine(at.combination_of.values[0], STATICS), said)
     worst = data.combination_of.sel(contact=KNOWN, combination="worst").values
     said = "the least; a thin plate's motion depends on E t⁴ and d⁴/(E t²) alone"
     yield Number("known: cosine of worst and what no motion shows", min(cosine(v, UNSEEN) for v in worst), said)
 
-    for upper, thickness in product(data.upper.values, data.upper_thickness.values):
+    for upper, thickness in product(data.upper.values.tolist(), data.upper_thickness.values):
         at = data.bond_error.sel(upper=upper, upper_thickness=thickness, bond_measured="beads 7 and 13")
         bond = at.sel(bond_unknown="bond_stiffness")
         good = bond.bond_stiffness.values[bond.sel(bond_free="all").values <= BLIND]
         reach = f"{max(good):.0e} N/m³" if good.size else "none of the map"
         least, alone = map(percent, bond.sel(bond_stiffness=EPOXY, bond_free=["all", "bond_stiffness"]).values)
-        layer = UPPERS[str(upper)].youngs_modulus / thickness
-        said = f"stiffnesses: bond {EPOXY:.0e}, layer {layer:.0e}, contact {contact_stiffness(str(upper)):.0e} N/m³; "
+        # The contact's tangent stiffness over the rod's area, at the peak of a bead's collision.
+        layer, stiffness = UPPERS[upper].youngs_modulus / thickness, wall_stiffness(ROD_BEAD, UPPERS[upper])
+        approach = (1.25 * ROD_BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED) ** 2 / stiffness) ** 0.4
+        contact = 1.5 * stiffness * approach**0.5 / (pi * ROD_RADIUS**2)
+        said = f"stiffnesses: bond {EPOXY:.0e}, layer {layer:.0e}, contact {contact:.0e} N/m³; "
         said += f"alone unknown: {alone}; bonds are identified up to {reach}"
         yield Number(f"epoxy bond below {1e3 * thickness:.3g} mm of {upper}, beads 7 and 13", least, said)
 
@@ -233,16 +226,7 @@ def percent(error: float) -> str:
 
 
 def cosine(vector: Vector, pattern: Vector) -> float:
-    """Return the cosine of the angle between two directions, without its sign."""
     return float(abs(np.dot(vector, pattern)) / np.linalg.norm(vector) / np.linalg.norm(pattern))
-
-
-def contact_stiffness(upper: str) -> float:
-    """Return the contact's tangent stiffness over the rod's area, N/m³, at the peak of a bead's collision."""
-    stiffness = hl.theory.hertz_stiffness(ROD_BEAD.surface, hl.Surface(UPPERS[upper]))
-    speed = PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED
-    approach = (1.25 * ROD_BEAD.mass * speed**2 / stiffness) ** 0.4
-    return float(1.5 * stiffness * approach**0.5 / (pi * ROD_RADIUS**2))
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
@@ -264,7 +248,6 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def distance_map(data: xr.Dataset) -> draw.Figure:
-    """Return half-widths of the distance, by way to measure and bead, for one record."""
     figure, axes = draw.panels(len(MEASURED), 2.2, 2.3, sharey=True, rows=data.diameter.size)
     for axis, (diameter, what) in zip(axes, product(data.diameter.values, MEASURED), strict=True):
         free = "distance" if what == FEATURES else "all"

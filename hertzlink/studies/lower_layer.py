@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hertzlink.studies import draw, rods
+from hertzlink.studies import draw, rods, upper_layer
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import DASHPOT, DASHPOTS
-from hertzlink.studies.upper_layer import layers, layers_figures, theory
+from hertzlink.studies.upper_layer import layers, theory
 from structures.structure import Vector
 
 UPPER = 6.35e-3  # m; section 6.1.4 also says 6.25 mm.
@@ -18,7 +18,6 @@ ECHOLESS = 25.4e-3  # m; for thicker layers the primary wave has left before the
 
 
 def expected(lengths: Vector) -> xr.Dataset:
-    """Return theory over the thickness of the lower layer, m."""
     return theory(np.full(len(lengths), UPPER), lengths)
 
 
@@ -30,7 +29,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of section 6.1.4, and the secondary wave's delay, with theory."""
     ratios, flights = data.amplitude_ratio.sel(wave="primary"), 1e6 * data.time_of_flight.sel(dashpot=DASHPOT)
     middle, primary = ratios.sel(dashpot=DASHPOT), flights.sel(wave="primary")
     low, high = (rods.ends(ratios.sel(dashpot=dashpot)) for dashpot in (DASHPOTS[0], DASHPOTS[-1]))
@@ -59,5 +57,4 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force map (6.12)."""
-    return layers_figures(data, expected, "PTFE")
+    return upper_layer.figures(data, expected, "PTFE")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -30,13 +31,11 @@ RECORD = 31.8
 
 
 def record(diameter: float) -> float:
-    """Return the length of the record, s."""
     return RECORD * shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
 
 
 @lru_cache(maxsize=1)
 def modes() -> hl.ModalPlate:
-    """Return the modes of the plates of all thicknesses."""
     thinnest = shared.plate(THICKNESSES[0], highest_frequency=shared.HIGHEST_FREQUENCY)
     return hl.ModalPlate(thinnest, record(DIAMETERS[-1]))
 
@@ -50,8 +49,8 @@ def build(thickness: float, distance: float, diameter: float) -> hl.CoSimulation
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
-    Also AR on the infinite plate. quick: eight of the 27 distances of the first scan, and brackets
-    of 5 mm, beside which numerical errors do not count.
+    quick: eight of the 27 distances of the first scan, and brackets of 5 mm, beside which numerical errors do not
+    count.
     """
     scan, bracket = (QUICK_DISTANCES, QUICK_BRACKET) if quick else (DISTANCES, BRACKET)
     parts = [
@@ -84,7 +83,7 @@ def with_margins(data: xr.Dataset) -> xr.Dataset:
     infinite plate; both have neither modes nor a coarse window.
     """
     data["ratio_error"] = xr.full_like(data.far_value, np.nan)
-    for diameter, thickness in ((d, t) for d in DIAMETERS for t in THICKNESSES):
+    for diameter, thickness in product(DIAMETERS, THICKNESSES):
         at = {"diameter": diameter, "thickness": thickness}
         case = data.sel(at)
         distance = float(case.critical_distance.sel(within=TOLERANCE))
@@ -114,14 +113,27 @@ def theirs(diameter: float) -> hl.Sphere:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the critical distances with the thesis's lines, and the numbers of sections 6.2.1 and 6.2.2."""
     for diameter in DIAMETERS:
         ours = 1e6 * shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
         printed = 1e6 * shared.contact_time(theirs(diameter), ALUMINIUM, THESIS_IMPACT.striker_speed)
         cases = {"7800 kg/m³ of Table 2.1": ours, "8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": printed}
         yield Number(f"contact time, half-space, D {1e3 * diameter:.2f}", cases)
-    for case in (data.sel(diameter=d, thickness=t) for d in DIAMETERS for t in THICKNESSES):
-        yield from critical_distances(case)
+    for diameter, thickness in product(DIAMETERS, THICKNESSES):
+        case = data.sel(diameter=diameter, thickness=thickness)
+        (low, high), at = case.bound.values * 1e3, case.sel(within=TOLERANCE)
+        value = 1e3 * float(at.critical_distance)
+        if at.lower_bound:
+            why = "a lower bound: from farther away no wave is back, and longer records do not settle it"
+        elif value < low:
+            why = "below the A0 line: the contact is over before a slower echo returns"
+        elif value > high:
+            why = "above the Rayleigh line: the contact lasts longer than on the half-space that the lines assume"
+        else:
+            why = "between the lines" if np.isfinite(value) else "no wave at all within the record"
+        others = "; ".join(f"± {t:g}: {between(case.sel(within=t))}" for t in TOLERANCES if t != TOLERANCE)
+        said = f"AR within ± {TOLERANCE:g} of its far value ({others}); the thesis's lines: {low:.1f} to {high:.1f}"
+        label = f"critical distance, D {1e3 * diameter:.2f}, t {1e3 * thickness:.2f}"
+        yield Number(label, between(at), f"{said}; {why}", "mm")
 
     # The factors of equations 6.39 and 6.42, by a sphere on a half-space with unit quantities.
     with collected():
@@ -139,12 +151,12 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("AR at the centre, D 19.05, t 2.29", float(centre))
 
     # Waves in the plate: k, speed, and the way from the centre to an edge and back.
-    bar, rayleigh = ALUMINIUM.bar_speed, rayleigh_speed(ALUMINIUM)
+    bar, rayleigh = ALUMINIUM.bar_speed, rayleigh_speed()
     there = 1e6 * shared.SIDE
     yield Number("k of the Rayleigh wave", rayleigh / bar)
     yield Number("speed of the Rayleigh wave", rayleigh)
     yield Number("Rayleigh wave, centre to edge and back", there / rayleigh)
-    by_bead = {d: [group_speed(ALUMINIUM, t, impact_frequency(d)) for t in THICKNESSES] for d in DIAMETERS}
+    by_bead = {d: [group_speed(t, impact_frequency(d)) for t in THICKNESSES] for d in DIAMETERS}
     slow, fast = (pick(speed for speeds in by_bead.values() for speed in speeds) for pick in (min, max))
     factors = "; ".join(
         f"{', '.join(f'{speed / bar:.2f}' for speed in speeds)} for D = {1e3 * diameter:.2f} mm"
@@ -153,24 +165,6 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("k of the A0 Lamb wave", (slow / bar, fast / bar), factors)
     yield Number("speed of the A0 Lamb wave", (slow, fast))
     yield Number("A0 Lamb wave, centre to edge and back", (there / fast, there / slow))
-
-
-def critical_distances(case: xr.Dataset) -> Iterator[Number]:
-    """Yield the critical distance of one bead on one plate."""
-    label = f"D {1e3 * float(case.diameter):.2f}, t {1e3 * float(case.thickness):.2f}"
-    (low, high), at = case.bound.values * 1e3, case.sel(within=TOLERANCE)
-    value = 1e3 * float(at.critical_distance)
-    if at.lower_bound:
-        said = "a lower bound: from farther away no wave is back, and longer records do not settle it"
-    elif value < low:
-        said = "below the A0 line: the contact is over before a slower echo returns"
-    elif value > high:
-        said = "above the Rayleigh line: the contact lasts longer than on the half-space that the lines assume"
-    else:
-        said = "between the lines" if np.isfinite(value) else "no wave at all within the record"
-    others = "; ".join(f"± {t:g}: {between(case.sel(within=t))}" for t in TOLERANCES if t != TOLERANCE)
-    said = f"AR within ± {TOLERANCE:g} of its far value ({others}); the thesis's lines: {low:.1f} to {high:.1f}; {said}"
-    yield Number(f"critical distance, {label}", between(at), said, "mm")
 
 
 def between(at: xr.Dataset) -> str:
@@ -187,30 +181,28 @@ def impact_frequency(diameter: float) -> float:
     return 0.5 / shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
 
 
-def group_speed(material: hl.Material, thickness: float, frequency: float) -> float:
+def group_speed(thickness: float, frequency: float) -> float:
     """Return the group speed of A0, m/s, at a frequency, Hz, by Mindlin's dispersion relation.
 
     It is within 0.5 % of Lamb's equation where a wave is longer than eight thicknesses.
     """
-    wall = hl.homogeneous_section(thickness, material)
+    wall = hl.homogeneous_section(thickness, ALUMINIUM)
     inertia, shear = wall.rotary_inertia, float(wall.shear[0, 0])
     frequencies = frequency * np.array([1.0 - 1e-4, 1.0 + 1e-4])
     waves = [1.0 / thick_wavelength(wall.mass, wall.bending[0, 0], one, inertia, shear) for one in frequencies]
     return float(np.diff(frequencies)[0] / np.diff(waves)[0])
 
 
-def rayleigh_speed(material: hl.Material) -> float:
+def rayleigh_speed() -> float:
     """Return the speed of waves along a half-space, m/s: ξ³ − 8ξ² + (24 − 16η)ξ − 16(1 − η) = 0 with ξ = (c/c_s)² and
-    η = (c_s/c_p)² (Achenbach, Wave Propagation in Elastic Solids, chapter 5).
-    """
-    eta = (shear_speed(material) / pressure_speed(material)) ** 2
+    η = (c_s/c_p)² (Achenbach, Wave Propagation in Elastic Solids, chapter 5)."""
+    shear, eta = shear_speed(ALUMINIUM), (shear_speed(ALUMINIUM) / pressure_speed(ALUMINIUM)) ** 2
     roots = np.roots([1.0, -8.0, 24.0 - 16.0 * eta, -16.0 * (1.0 - eta)])
     between = [root.real for root in roots if abs(root.imag) < 1e-9 and 0.0 < root.real < 1.0]
-    return float(shear_speed(material) * between[0] ** 0.5)
+    return float(shear * between[0] ** 0.5)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return AR and TOF over the distance, the critical distances with two theory lines."""
     return {
         "amplitude_ratio": over_distance(data, data.amplitude_ratio, "amplitude ratio AR"),
         "time_of_flight": over_distance(data, 1e6 * data.time_of_flight, "time of flight (µs)"),
@@ -218,15 +210,12 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     }
 
 
-def beads(data: xr.Dataset, label: str, **how: bool) -> tuple[draw.Figure, list[tuple[draw.Axes, xr.Dataset]]]:
-    """Return a panel over the distance for each bead, with the data there."""
-    xlabel, at = "distance from the clamped edge (mm)", data.sel(within=TOLERANCE)
-    return draw.each(at, "diameter", lambda d: f"D = {d * 1e3:.2f} mm", xlabel=xlabel, ylabels=[label], **how)
-
-
 def over_distance(data: xr.Dataset, values: xr.DataArray, label: str) -> draw.Figure:
     """Return AR or TOF, a curve for each plate; bands and triangles: critical distances and lower bounds."""
-    figure, panels = beads(data.assign(shown=values), label, sharey=False)
+    figure, panels = draw.each(
+        data.assign(shown=values).sel(within=TOLERANCE), "diameter", lambda d: f"D = {d * 1e3:.2f} mm", sharey=False,
+        xlabel="distance from the clamped edge (mm)", ylabels=[label],
+    )  # fmt: skip
     for axis, bead in panels:
         draw.log_x(axis)
         for i, thickness in enumerate(THICKNESSES):

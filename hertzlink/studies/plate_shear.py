@@ -25,17 +25,13 @@ UNTIL, REDUCTION = 1.5e-3, 0.02  # Length of the record, s, and tolerance of the
 # Plates of one λ, struck faster: the same motion on a thicker plate in units of ℓ.
 PARAMETER = 0.3  # λ; near this value AR depends most strongly on it.
 SPEEDS = (0.02, 0.31, 3.1)  # m/s. At the same λ a faster striker gives a shorter ℓ in units of the thickness.
-PLACES = (1.0, 1.5, np.inf)  # d/ℓ.
+PAIRS = {speed: Pair(SMALL, shared.ALUMINIUM, speed) for speed in SPEEDS}  # Beads of 4.76 mm.
+PLACES = {1.0: "d = 1 ℓ from a clamped edge", 1.5: "d = 1.5 ℓ from a clamped edge", np.inf: "far from edges"}
 # Side of Mindlin's square plate, and its centre, in ℓ: echoes of the other edges return after the contact.
 WIDE, FAR_AWAY = 22.0, 11.0
 RECORD, ROUGH = 30.0, 0.05  # Record in contact times of the slowest striker; tolerance of the reduction.
 THEORIES: dict[str, Callable[..., hl.Plate]] = {"Kirchhoff": hl.kirchhoff_plate, "Mindlin": hl.mindlin_plate}
 REPORTED = 0.01  # A difference of AR of this size matters.
-
-
-def pair(speed: float) -> Pair:
-    """Return the beads of 4.76 mm on aluminium."""
-    return Pair(SMALL, shared.ALUMINIUM, speed)
 
 
 @lru_cache(maxsize=1)
@@ -49,8 +45,7 @@ def held(theory: str, edge: str, thickness: float, distance: float) -> hl.Struct
 
 @lru_cache(maxsize=1)
 def thick(speed: float, place: float, until: float) -> hl.Structure:
-    """Return Mindlin's plate of PARAMETER, clamped at the left."""
-    case, edges = pair(speed), hl.Supports(left="clamped")
+    case, edges = PAIRS[speed], hl.Supports(left="clamped")
     length, thickness = case.length(PARAMETER), case.plate(PARAMETER).thickness
     side, highest = WIDE * length, 1.2 / case.contact_time
     plate = hl.mindlin_plate(side, side, thickness, case.wall, edges, highest_frequency=highest)
@@ -64,8 +59,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     distances, beads = ((0.02, 0.15), DIAMETERS[1:]) if quick else (DISTANCES, DIAMETERS)
     few, walls = (FEW_DISTANCES[:1], THICKNESSES[:1]) if quick else (FEW_DISTANCES, THICKNESSES)
-    speeds, places = (SPEEDS[1:2], PLACES[::2]) if quick else (SPEEDS, PLACES)
-    until = RECORD * pair(min(speeds)).contact_time
+    speeds, places = (SPEEDS[1:2], [*PLACES][::2]) if quick else (SPEEDS, [*PLACES])
+    until = RECORD * PAIRS[min(speeds)].contact_time
 
     def by_edge(edge: str, edge_distance: float, edge_bead: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.plate_chain(edge_bead), held("Kirchhoff", edge, THICKNESSES[0], edge_distance))
@@ -74,7 +69,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         return hl.CoSimulation(shared.plate_chain(small_bead), held(theory, "clamped", wall, near))
 
     def of_parameter(theory: str, shear_speed: float, place: float) -> hl.CoSimulation:
-        case = pair(shear_speed)
+        case = PAIRS[shear_speed]
         if theory == "Mindlin":
             return case.coupled(thick(shear_speed, place, until))
         return case.coupled(case.struck("clamped", PARAMETER, place, until))
@@ -86,21 +81,15 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     edges = hl.sweep(by_edge, UNTIL, jobs, ratio, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
     walls_of = hl.sweep(of_thesis, UNTIL, jobs, ratio, theory=theories, wall=walls, near=few, small_bead=DIAMETERS)
     scaled = hl.sweep(of_parameter, until, jobs, measure, theory=theories, shear_speed=speeds, place=places)
-    thickness = [pair(v).plate(PARAMETER).thickness / pair(v).length(PARAMETER) for v in speeds]
-    data = xr.Dataset(
-        {
-            "edge_amplitude_ratio": edges.amplitude_ratio,
-            "theory_amplitude_ratio": walls_of.amplitude_ratio,
-            "theory_ratio": scaled.amplitude_ratio,
-        },
-        {"relative_thickness": ("shear_speed", thickness, {"units": "1", "long_name": "t/ℓ"})},
-        edges.attrs,
-    )
+    thickness = [PAIRS[v].plate(PARAMETER).thickness / PAIRS[v].length(PARAMETER) for v in speeds]
+    ratios = {"edge_amplitude_ratio": edges, "theory_amplitude_ratio": walls_of, "theory_ratio": scaled}
+    data = xr.Dataset({name: runs.amplitude_ratio for name, runs in ratios.items()}, attrs=edges.attrs)
+    label = {"units": "1", "long_name": "t/ℓ"}
+    data = data.assign_coords(relative_thickness=("shear_speed", thickness, label))
     return shared.with_units(data, edge_distance="m", edge_bead="m", wall="m", near="m", small_bead="m")
 
 
 def lowered(data: xr.Dataset) -> xr.DataArray:
-    """Return the amount by which Mindlin's AR is lower at PARAMETER."""
     difference: xr.DataArray = data.theory_ratio.sel(theory="Kirchhoff") - data.theory_ratio.sel(theory="Mindlin")
     return difference
 
@@ -112,7 +101,6 @@ def limit(thickness: Vector, difference: Vector) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield AR at other edges and in Mindlin's theory, and t/ℓ from which shear changes AR by 0.01."""
     near, far = (1e3 * float(data.edge_distance[place]) for place in (0, -1))
     for edge in data.edge.values:
         ratios = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).fillna(0.0).values
@@ -127,9 +115,8 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     for place in data.place.values:
         differences = lowered(data).sel(place=place).values
         samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, differences, strict=True))
-        at = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
-        said = f"λ = {PARAMETER}; Mindlin's AR is lower by {samples}"
-        yield Number(f"t/ℓ at which shear lowers AR by {REPORTED:g}, {at}", limit(thickness, differences), said)
+        name = f"t/ℓ at which shear lowers AR by {REPORTED:g}, {PLACES[place]}"
+        yield Number(name, limit(thickness, differences), f"λ = {PARAMETER}; Mindlin's AR is lower by {samples}")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
@@ -147,8 +134,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     axis.legend()
     shear, (axis,) = draw.panels(1, width=4.4, height=3.4, xlabel="thickness t / ℓ", xlim=(0.0, None), ylim=(0.0, None))
     for place in data.place.values:
-        label = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
-        axis.plot(data.relative_thickness, lowered(data).sel(place=place), label=label)
+        axis.plot(data.relative_thickness, lowered(data).sel(place=place), label=PLACES[place])
     axis.axhline(REPORTED, color="black", linewidth=0.8, linestyle=":")
     axis.set_ylabel("AR, Kirchhoff less Mindlin")
     axis.legend()

@@ -16,7 +16,6 @@ SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3
 
 
 def stack(length: float) -> list[hl.Layer]:
-    """Return the steel cylinder."""
     return [hl.Layer(STEEL, length, RADIUS)]
 
 
@@ -32,7 +31,6 @@ def characteristic_length(bead: hl.Sphere = shared.BEAD) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of section 6.1.2 and of figures 6.7 and 6.8."""
     ratios, flights = data.amplitude_ratio.sel(wave="primary"), data.time_of_flight.sel(wave="primary")
     middle = ratios.sel(dashpot=shared.DASHPOT)
     yield Number("AR, all lengths", {"": rods.ends(middle), rods.OPEN: rods.ends(ratios)})

@@ -23,7 +23,6 @@ FAR_SENSOR = 12  # Incident and reflected wave are timed between this sensor and
 
 
 def layers(material: hl.Material) -> list[hl.Layer]:
-    """Return the cylinder of a material."""
     return [hl.Layer(material, LENGTH, RADIUS)]
 
 
@@ -38,18 +37,16 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     materials = {m.name: m for m in (WALLS if quick else hl.MATERIALS).values()}
 
     def stiff(youngs_modulus: float) -> hl.CoSimulation:
-        return hl.CoSimulation(
-            shared.chain(), shared.rod(layers(replace(STEEL, youngs_modulus=youngs_modulus, name="")))
-        )
+        steel = replace(STEEL, youngs_modulus=youngs_modulus, name="")
+        return hl.CoSimulation(shared.chain(), shared.rod(layers(steel)))
 
     def real(material: str, dashpot: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material])))
 
     def wide(material: str, body: str) -> hl.CoSimulation:
         wall = materials[material]
-        return hl.CoSimulation(
-            shared.chain(), hl.half_space(wall) if body == "half-space" else shared.cylinder(layers(wall))
-        )
+        solid = hl.half_space(wall) if body == "half-space" else shared.cylinder(layers(wall))
+        return hl.CoSimulation(shared.chain(), solid)
 
     data = hl.sweep(stiff, shared.RECORD, jobs, rods.with_forces, youngs_modulus=MODULI[::6] if quick else MODULI)
     real_rods = hl.sweep(real, shared.RECORD, jobs, rods.measure, material=list(materials), dashpot=shared.DASHPOTS)
@@ -88,17 +85,17 @@ def against(wall: str) -> xr.Dataset:
     after = np.flatnonzero(low[deepest:])
     displaced = time[deepest + after[0]] - time[np.flatnonzero(low[:deepest])[-1]] if after.size else np.nan
 
-    last = run.contact_force.sel(contact=shared.BEADS, drop=True).assign_attrs(
-        long_name="force between the last two beads"
-    )
     data = shared.scalars(
         energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
         speed_ratio=(slower, "1", "speed of the primary wave / that of the incident one"),
         filtered_ratio=(behind.amplitude_ratio if behind else np.nan, "1", "AR behind the sensor's high-pass"),
         displaced=(displaced, "s", DISPLACED),
     )
-    force = shared.sensor_forces(run, rods.SENSORS)
-    return data.assign(displacement=run.displacement, sensor_force=force, last_force=last).reset_coords(drop=True)
+    last = run.contact_force.sel(contact=shared.BEADS, drop=True)
+    return data.assign(
+        displacement=run.displacement, sensor_force=shared.sensor_forces(run, rods.SENSORS),
+        last_force=last.assign_attrs(long_name="force between the last two beads"),
+    ).reset_coords(drop=True)  # fmt: skip
 
 
 def collisions(data: xr.Dataset) -> tuple[float, ...]:
@@ -110,7 +107,6 @@ def collisions(data: xr.Dataset) -> tuple[float, ...]:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of section 6.1.1 and figures 6.2 to 6.6."""
     yield Number("definition of AR", True)
     yield Number("definition of TOF", True)
     middle = {wall: data.sel(material=material.name, dashpot=shared.DASHPOT) for wall, material in WALLS.items()}
@@ -119,16 +115,13 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     for wall, material in WALLS.items():
         rod_waves = data.sel(material=material.name, wave="primary")
         solid, space = (rod_waves.sel(body=body) for body in BODIES)
-        filtered = float(data.wall_filtered_ratio.sel(wall=wall))
-        readings: dict[str, Case] = {
-            "behind the sensor's RC": filtered,
-            "axisymmetric": float(solid.solid_amplitude_ratio),
-        }
+        filtered, wide = float(data.wall_filtered_ratio.sel(wall=wall)), float(solid.solid_amplitude_ratio)
+        readings: dict[str, Case] = {"behind the sensor's RC": filtered, "axisymmetric": wide}
         yield Number(f"AR, {wall}", rods.over_dashpots(rod_waves.material_amplitude_ratio) | readings)
         yield Number(f"AR, {material.name}, behind the sensor's RC", filtered, f"RC = {1e3 * TIME_CONSTANT:g} ms")
         flights = 1e6 * float(solid.solid_time_of_flight), 1e6 * float(space.solid_time_of_flight)
         said = f"TOF {flights[0]:.1f} µs; half-space {float(space.solid_amplitude_ratio):.3f} and {flights[1]:.1f} µs"
-        yield Number(f"AR, {material.name}, axisymmetric", float(solid.solid_amplitude_ratio), said)
+        yield Number(f"AR, {material.name}, axisymmetric", wide, said)
         theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, material)))
         flight = rods.over_dashpots(rod_waves.material_time_of_flight, 1e6)
         yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}")
@@ -138,11 +131,9 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         deepest = 1e6 * (2.5 * energy / shared.wall_stiffness(shared.BEAD, material)) ** 0.4
         largest = rods.over_dashpots(rod_waves.material_largest_displacement, 1e6)
         yield Number(f"largest displacement of bead 20, {wall}", largest, f"equation 6.6: {deepest:.4g}")
-        contact = rods.over_dashpots(rod_waves.material_contact_time, 1e6)
         displaced: dict[str, Case] = {DISPLACED: 1e6 * float(data.wall_displaced.sel(wall=wall))}
-        yield Number(f"contact with {wall}", contact | displaced)
-        energy_share = float(data.wall_energy_share.sel(wall=wall))
-        yield Number(f"energy that becomes potential, {wall}", energy_share)
+        yield Number(f"contact with {wall}", rods.over_dashpots(rod_waves.material_contact_time, 1e6) | displaced)
+        yield Number(f"energy that becomes potential, {wall}", float(data.wall_energy_share.sel(wall=wall)))
 
     steel, ptfe = (1e6 * middle[wall].material_time_of_flight for wall in WALLS)
     yield Number("TOF, PTFE over steel", 100.0 * float(ptfe.sel(wave="primary") / steel.sel(wave="primary") - 1.0))
@@ -173,18 +164,14 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
     panels[0][0].set_ylabel("force above the preload (N)")
     panels[0][0].legend()
+    intensity = draw.intensity_map(data.sensor_force.sel(sensor=shared.SENSOR), "youngs_modulus", label, 1e-9)
     return {
-        "stiffness": over_modulus(data),
-        "force_intensity": draw.intensity_map(
-            data.sensor_force.sel(sensor=shared.SENSOR), "youngs_modulus", label, 1e-9
-        ),
-        "force_histories": histories,
+        "stiffness": over_modulus(data), "force_intensity": intensity, "force_histories": histories,
         "displacements": displacements(data),
-    }
+    }  # fmt: skip
 
 
 def over_modulus(data: xr.Dataset) -> draw.Figure:
-    """Return TOF and AR over Young's modulus, with real materials and axisymmetric cylinders."""
     label, labels = "Young's modulus of the cylinder (GPa)", ("time of flight (µs)", "amplitude ratio AR")
     figure, axes = draw.panels(2, width=3.9, height=3.4, ylabels=labels)
     modulus, real_modulus = data.youngs_modulus * 1e-9, data.material_modulus * 1e-9
@@ -213,17 +200,17 @@ def over_modulus(data: xr.Dataset) -> draw.Figure:
 def displacements(data: xr.Dataset) -> draw.Figure:
     """Return the displacements of striker and beads over time: bead 7 thick, the last one red, with its collisions."""
     figure, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4)
+    time = 1e6 * data.time
     for axis, wall in panels:
-        axis.plot(
-            1e6 * data.time, 1e6 * wall.wall_displacement.transpose("time", "bead"), "-", color="grey", linewidth=0.5
-        )
+        places = 1e6 * wall.wall_displacement.transpose("time", "bead")
+        axis.plot(time, places, "-", color="grey", linewidth=0.5)
         for bead, colour in ((shared.SENSOR, draw.COLOURS[0]), (shared.BEADS, draw.COLOURS[1])):
-            moved = 1e6 * wall.wall_displacement.sel(bead=bead)
-            axis.plot(1e6 * data.time, moved, "-", color=colour, linewidth=1.8, label=f"bead {bead}")
+            moved = places.sel(bead=bead)
+            axis.plot(time, moved, "-", color=colour, linewidth=1.8, label=f"bead {bead}")
         axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
-    for time, marker, which in zip(collisions(data)[1:], "os", ("first", "second"), strict=False):
-        at, look = float(moved.sel(time=time)), draw.Look(color="black", markersize=6.0, markerfacecolor="none")
-        axis.plot(time * 1e6, at, marker, label=f"{which} collision", **look)
+    look = draw.Look(color="black", markersize=6.0, markerfacecolor="none")
+    for hit, marker, which in zip(collisions(data)[1:], "os", ("first", "second"), strict=False):
+        axis.plot(1e6 * hit, float(moved.sel(time=hit)), marker, label=f"{which} collision", **look)
     top = float(data.wall_displacement.max()) * 1e6
     panels[0][0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
     axis.legend()

@@ -34,7 +34,6 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
-    """Return AR and TOF, and the force at both sensors over time."""
     return measure(run)[["amplitude_ratio", "time_of_flight"]].assign(sensor_force=shared.sensor_forces(run, SENSORS))
 
 
@@ -69,7 +68,6 @@ def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, Case]:
 
 
 def ends(values: xr.DataArray, factor: float = 1.0) -> tuple[float, float]:
-    """Return the smallest and the largest value."""
     return float(values.min()) * factor, float(values.max()) * factor
 
 
@@ -99,5 +97,4 @@ def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, labe
 
 
 def force_map(data: xr.Dataset, label: str) -> draw.Figure:
-    """Return the force at bead 7 over time and a length."""
     return draw.intensity_map(data.sensor_force.sel(sensor=shared.SENSOR), "length", label, 1e3)

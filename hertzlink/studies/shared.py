@@ -42,7 +42,6 @@ def rod(layers: Sequence[hl.Layer]) -> hl.Structure:
 
 
 def cylinder(layers: Sequence[hl.Layer]) -> hl.Structure:
-    """Return the axisymmetric cylinder of these layers on a fixed base."""
     return hl.reduce(hl.layered_cylinder(layers), RECORD)
 
 
@@ -56,12 +55,10 @@ def time_of_flight(wall: Vector | float, restitution: Vector | float = 1.0) -> V
 
 
 def sphere(diameter: float) -> hl.Sphere:
-    """Return a bead of section 6.2."""
     return hl.Sphere(diameter / 2.0, hl.STEEL_440C)
 
 
 def plate_chain(diameter: float) -> hl.Chain:
-    """Return the chain of section 6.2, without losses and gravity."""
     return hl.Chain([sphere(diameter)] * BEADS, sphere(diameter), PLATE_SPEED)
 
 
@@ -79,7 +76,6 @@ def long_waves(bead: hl.Bead, stiffness: float | None = None, exponent: float = 
 
 
 def wall_stiffness(bead: hl.Bead, wall: hl.Material) -> float:
-    """Return k of a bead on a half-space, N/m^1.5."""
     return hl.theory.hertz_stiffness(bead.surface, hl.Surface(wall))
 
 
@@ -94,10 +90,9 @@ def of_mass(bead: Any, mass: float) -> Any:
     return replace(bead, material=material)
 
 
-def returned(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
-    """Return AR and TOF of the primary wave."""
-    measures = {"amplitude_ratio": hl.amplitude_ratio(run, sensor), "time_of_flight": hl.time_of_flight(run, sensor)}
-    return xr.Dataset(measures)
+def returned(run: xr.Dataset) -> xr.Dataset:
+    ratio, flight = hl.amplitude_ratio(run, SENSOR), hl.time_of_flight(run, SENSOR)
+    return xr.Dataset({"amplitude_ratio": ratio, "time_of_flight": flight})
 
 
 def sensor_forces(run: xr.Dataset, sensors: Sequence[int]) -> xr.DataArray:
@@ -137,12 +132,10 @@ def scalars(**values: tuple[float | xr.DataArray, str, str]) -> xr.Dataset:
 
 
 def named(data: xr.Dataset, prefix: str) -> xr.Dataset:
-    """Return the variables under names with a prefix."""
     return data.rename({name: f"{prefix}_{name}" for name in data.data_vars})
 
 
 def with_units(data: xr.Dataset, **units: str) -> xr.Dataset:
-    """Return the Dataset after giving units to its axes."""
     for name, unit in units.items():
         data[name].attrs["units"] = unit
     return data

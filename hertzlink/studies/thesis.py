@@ -5,18 +5,16 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hertzlink.studies import closed_forms, corrected_equations, draw, study
+from hertzlink.studies import draw, equations, study
 from hertzlink.studies.compare import AGREES, DIFFERS, MISPRINT, VERDICTS, WIDTH, Number, Row, compare, counts, printed
 from hertzlink.studies.shared import each
 from structures.caution import collected
 
 # Parts that are computed without a run, by what stands for their study in printed.csv.
 CHECKED = {
-    "set-ups": closed_forms.set_ups,
-    "materials": closed_forms.materials,
-    "closed-forms": closed_forms.numbers,
-    "equations": corrected_equations.numbers,
-}
+    "set-ups": equations.set_ups, "materials": equations.materials, "closed-forms": equations.closed_forms,
+    "equations": equations.numbers,
+}  # fmt: skip
 STUDIED = (
     "deformable-chain", "contact-law", "dissipation", "ellipsoids", "cylinders", "hollow-spheres", "rod-stiffness",
     "rod-length", "upper-layer", "lower-layer", "aspect-ratio", "plate-boundary",
@@ -24,7 +22,6 @@ STUDIED = (
 PARTS = (*CHECKED, *STUDIED)
 # These parts start first, so that no process waits for them at the end.
 LONGEST_FIRST = ("plate-boundary", "deformable-chain", "contact-law")
-SHADES = dict(zip(VERDICTS, (draw.COLOURS[0], draw.COLOURS[1], "0.45"), strict=True))
 NEAR, FARTHEST = 0.05, 5  # A difference that is called small; differences that the summary names.
 
 
@@ -50,7 +47,6 @@ def rows_of(part: str, quick: bool) -> list[Row]:
 
 
 def rows(data: xr.Dataset) -> list[tuple[str, Row]]:
-    """Return the rows with their parts."""
     names = [name for name in Row._fields if name != "off"]
     columns = zip(*(data[name].values.tolist() for name in names), data.off.values.tolist(), strict=True)
     return list(zip(data.part.values.tolist(), map(Row._make, columns), strict=True))
@@ -58,27 +54,22 @@ def rows(data: xr.Dataset) -> list[tuple[str, Row]]:
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     """Yield how many numbers agree, differ and are misprints, in all and by part."""
+    plural = {AGREES: "agree", DIFFERS: "differ", MISPRINT: "misprints"}
     for part in ("", *PARTS):
         of = counts(row for name, row in rows(data) if part in ("", name))
-        yield Number(part or "all numbers and statements", in_words(of) or "inputs")
+        said = ", ".join(f"{count} {plural[word] if count > 1 else word}" for word, count in of.items() if count)
+        yield Number(part or "all numbers and statements", said or "inputs")
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then the rows of each part under its name."""
-    lines = compare("thesis", numbers(data))
-    total, *of_parts = lines
+    total, *of_parts = compare("thesis", numbers(data))
     found = [total]
     for part, line in zip(PARTS, of_parts, strict=True):
         command = f"hertzlink study {part}" if part in STUDIED else "hertzlink study thesis"
         found.append(line._replace(number=line.number.upper(), remark=command))
         found += [row for name, row in rows(data) if name == part]
     return found
-
-
-def in_words(of: dict[str, int]) -> str:
-    """Return how many there are of each verdict, without those of which there is none."""
-    plural = {AGREES: "agree", DIFFERS: "differ", MISPRINT: "misprints"}
-    return ", ".join(f"{count} {plural[word] if count > 1 else word}" for word, count in of.items() if count)
 
 
 def summary(data: xr.Dataset) -> str:
@@ -107,10 +98,9 @@ def summary(data: xr.Dataset) -> str:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return how many verdicts of each kind every part has."""
     figure, (axis,) = draw.panels(1, width=7.0, height=4.6, xlabel="numbers and statements", ylabel="part")
     left = np.zeros(len(PARTS))
-    for word, shade in SHADES.items():
+    for word, shade in zip(VERDICTS, (draw.COLOURS[0], draw.COLOURS[1], "0.45"), strict=True):
         of_parts = [counts(row for name, row in rows(data) if name == part)[word] for part in PARTS]
         axis.barh(range(len(PARTS)), of_parts, left=left, color=shade, label=word, height=0.7)
         left += of_parts

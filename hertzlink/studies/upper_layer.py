@@ -21,7 +21,6 @@ SHARES, RELAXATION, VISCOUS_DASHPOT = (0.3, 0.4, 0.5), 30e-6, 4.0
 
 
 def layers(upper: float, lower: float) -> list[hl.Layer]:
-    """Return steel on PTFE, thicknesses in m."""
     return [hl.Layer(hl.STEEL_440C, upper, RADIUS), hl.Layer(hl.PTFE, lower, RADIUS)]
 
 
@@ -61,7 +60,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of section 6.1.3, and the secondary wave of PTFE that relaxes."""
     expected, solid = theory(data.length.values, LOWER), data.isel(solid_length=0)
     wide = {"axisymmetric": float(solid.solid_amplitude_ratio.sel(wave="primary"))}
     for place, upper, readings in ((0, "6.35 mm", wide), (-1, "101.6 mm", {})):
@@ -110,24 +108,21 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("TOF, secondary, 6.35 mm, axisymmetric", wide["axisymmetric"], said)
 
 
-def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force map (6.9)."""
-    return layers_figures(data, lambda length: theory(length, LOWER), "steel")
-
-
-def layers_figures(data: xr.Dataset, expected: Callable[[Vector], xr.Dataset], material: str) -> dict[str, draw.Figure]:
-    """Return AR and TOF of both waves over the thickness of a layer, with theory, and the force-intensity map."""
+def figures(
+    data: xr.Dataset, expected: Callable[[Vector], xr.Dataset] = lambda upper: theory(upper, LOWER),
+    material: str = "steel",
+) -> dict[str, draw.Figure]:  # fmt: skip
+    """Return TOF (figures 6.10, 6.13) and AR (6.11, 6.14) of both waves over the thickness of a layer, with theory, and
+    the force-intensity map (6.9, 6.12)."""
     drawn, xlabel = {}, f"thickness of the {material} layer (mm)"
     lengths = np.geomspace(float(data.length.min()), float(data.length.max()), 200)
-    theory = expected(lengths)
+    theory, impact = expected(lengths), "theory of impact on the layer"
+    spring = ("secondary", "theory: layer on a spring", "-")
     lines = {
-        ("time_of_flight", "primary"): [("time_of_flight", "theory of impact on the layer", "-")],
-        ("amplitude_ratio", "primary"): [("amplitude_ratio", "theory of impact on the layer", "-")],
-        ("time_of_flight", "secondary"): [
-            ("secondary", "theory: layer on a spring", "-"),
-            ("secondary_with_mass", "the same, spring with mass", "--"),
-        ],
-    }  # fmt: skip
+        ("time_of_flight", "primary"): [("time_of_flight", impact, "-")],
+        ("amplitude_ratio", "primary"): [("amplitude_ratio", impact, "-")],
+        ("time_of_flight", "secondary"): [spring, ("secondary_with_mass", "the same, spring with mass", "--")],
+    }
     for name, label, factor in (("time_of_flight", "TOF (µs)", 1e6), ("amplitude_ratio", "AR", 1.0)):
         drawn[name], axes = draw.panels(2, width=3.9, height=3.4)
         for axis, wave in zip(axes, rods.WAVES, strict=True):

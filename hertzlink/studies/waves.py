@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.compare import Case
-from hertzlink.studies.shared import long_waves
+from hertzlink.studies.shared import long_waves, scalars
 from particles.chain import LawOfPair
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
@@ -39,14 +39,12 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     before = max(0, int(np.searchsorted(time, arrival)) - 1)
     peak = before + int(force[before : before + 2].argmax())
     widths = [speed * duration(time, force, peak, level * force[peak]) for level in LEVELS]
-    return xr.Dataset(
-        {
-            "wave_speed": ((), speed, {"units": "m/s", "long_name": "wave speed between the sensors"}),
-            "peak_force": ((), float(between.max()), {"units": "N", "long_name": "peak contact force between them"}),
-            "width": ("level", widths, {"units": "m", "long_name": "width of the wave at the second sensor"}),
-        },
-        coords={"level": ("level", list(LEVELS), {"units": "1", "long_name": "part of the peak"})},
+    data = scalars(
+        wave_speed=(speed, "m/s", "wave speed between the sensors"),
+        peak_force=(float(between.max()), "N", "peak contact force between them"),
     )
+    data["width"] = ("level", widths, {"units": "m", "long_name": "width of the wave at the second sensor"})
+    return data.assign_coords(level=("level", list(LEVELS), {"units": "1", "long_name": "part of the peak"}))
 
 
 def duration(time: Vector, force: Vector, peak: int, least: float) -> float:
@@ -66,15 +64,6 @@ def widths(width: Vector, size: float) -> dict[str, Case]:
     return dict(zip(words, (np.asarray(width) / size).tolist(), strict=True))
 
 
-def striker_speed(force: float, bead: hl.Bead, stiffness: float, exponent: float) -> float:
-    """Return the speed, m/s, of a striker, equal to the beads, for about this force, N, by equations 6.12 and 6.16.
-
-    These are for long waves: in a Hertzian chain the force is 0.886 of theirs.
-    """
-    overlap = (force / stiffness) ** (1.0 / exponent)
-    return float(np.sqrt(2.0 * force * overlap / ((exponent + 1.0) * bead.mass))) / PARTICLE_TO_STRIKER_SPEED
-
-
 def speed_at(curve: xr.Dataset, force: float) -> float:
     """Return the wave speed, m/s, at a peak force, N, interpolated as a power law; NaN outside the simulated forces."""
     order = np.argsort(curve.peak_force.values)
@@ -88,7 +77,7 @@ def power_exponent(x: Vector, y: Vector) -> float:
 
 
 class PowerFit(NamedTuple):
-    """The power law F = k δⁿ nearest to another one: k, N/mⁿ; n."""
+    """The power law F = k δⁿ: k, N/mⁿ; n."""
 
     stiffness: float
     exponent: float
@@ -139,12 +128,17 @@ class Curve:
         lowest, highest = self.law.approach(np.array([least, most])).tolist()
         return power_fit(self.law, lowest, highest)
 
-    def strikers(self) -> tuple[float, ...]:
-        """Return the speeds of the strikers, m/s."""
+    def strikers(self) -> list[float]:
+        """Return the speeds of the strikers, m/s, equal to the beads for forces: by equations 6.12 and 6.16.
+
+        These are for long waves: in a Hertzian chain the force is 0.886 of theirs.
+        """
         if self.speeds:
-            return self.speeds
-        fit = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
-        return tuple(striker_speed(force, self.pair[0], *fit) for force in self.forces)
+            return list(self.speeds)
+        stiffness, n = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
+        force = np.array(self.forces)
+        moved = np.sqrt(2.0 * force * (force / stiffness) ** (1.0 / n) / ((n + 1.0) * self.pair[0].mass))
+        return [*(moved / PARTICLE_TO_STRIKER_SPEED).tolist()]
 
 
 def run_curves(
@@ -179,5 +173,4 @@ def run_curves(
 
 
 def line(curve: xr.Dataset, label: str) -> draw.Line:
-    """Return the wave speeds over peak forces, simulated and by theory, for `draw.compared`."""
     return label, curve.peak_force.values, curve.wave_speed.values, curve.theory.values

@@ -50,18 +50,13 @@ class Written:
 
         words, took = captions(self.name), data.attrs.get("time_taken")
         sketch, texts = sketch_and_input(data)
+        about = [STUDIES[self.name], "Equations, figures, tables and sections are those of the thesis."]
+        pictures = [*(Picture(figure, words[name], name) for name, figure in self.figures.items()), *sketch]
         numbers = [row.cells for row in self.rows], [row.remark for row in self.rows]
-        page = Page(
-            f"Study {self.name}",
-            [STUDIES[self.name], "Equations, figures, tables and sections are those of the thesis."],
-            [*(Picture(figure, words[name], name) for name, figure in self.figures.items()), *sketch],
-            [Table("Numbers of the thesis and of hertzlink", HEAD, *numbers)],
-            one_of_each(findings_of(data)),
-            texts,
-            usual_facts(None if took is None else float(took), data.attrs),
-            self.remark,
-        )
-        return html(page)
+        tables = [Table("Numbers of the thesis and of hertzlink", HEAD, *numbers)]
+        facts = usual_facts(None if took is None else float(took), data.attrs)
+        findings = one_of_each(findings_of(data))
+        return html(Page(f"Study {self.name}", about, pictures, tables, findings, texts, facts, self.remark))
 
 
 def stamp(figure: draw.Figure, words: str) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -27,16 +26,11 @@ PAIRS = {
 LONG, LONGEST = 3e-3, 4e-3  # s, records of the sweep: at the lowest speeds waves need 2 ms to come back; and of all.
 
 
-class Impact(NamedTuple):
-    """A chain of the thesis, as it is elastic; on a structure, or on nothing; the length of its record, s."""
-
-    chain: hl.Chain
-    structure: hl.Structure | None
-    until: float
+Impact = tuple[hl.Chain, hl.Structure | None, float]
+"""A chain of the thesis, as it is elastic; on a structure, or on nothing; the length of its record, s."""
 
 
 def spheres(radius: float, material: hl.Material, beads: int, speed: float) -> hl.Chain:
-    """Return a chain of equal beads."""
     bead = hl.Sphere(radius, material)
     return hl.Chain([bead] * beads, bead, speed)
 
@@ -44,17 +38,17 @@ def spheres(radius: float, material: hl.Material, beads: int, speed: float) -> h
 def impacts() -> dict[str, Impact]:
     """Return the impacts of the thesis: spheres, rods with gravity and dashpot, plates away from edges."""
     steel, plate = hl.STEEL_316, hl.infinite_plate(shared.THICKNESSES[-1], hl.ALUMINIUM_6061)
+    found: dict[str, Impact] = {
+        "spheres of steel 316 (3.4)": (spheres(2.38e-3, steel, 20, 0.5), hl.half_space(steel), 1e-3),
+        "70 spheres of steel 316 (4)": (spheres(2.38e-3, steel, 70, 1.77), None, 1e-3),
+    }
     rods = {f"rod of {m.name} (6.1.1)": rod_stiffness.layers(m) for m in (hl.STEEL_440C, hl.ALUMINIUM_6061, hl.PTFE)}
     rods["steel on PTFE (6.1.3)"] = upper_layer.layers(6.35e-3, 25.4e-3)
-    return {
-        "spheres of steel 316 (3.4)": Impact(spheres(2.38e-3, steel, 20, 0.5), hl.half_space(steel), 1e-3),
-        "70 spheres of steel 316 (4)": Impact(spheres(2.38e-3, steel, 70, 1.77), None, 1e-3),
-        **{name: Impact(shared.chain(), shared.rod(layers), shared.RECORD) for name, layers in rods.items()},
-        **{
-            f"plate 4.83 mm, beads {1e3 * diameter:.2f} mm (6.2)": Impact(shared.plate_chain(diameter), plate, record)
-            for diameter, record in zip(shared.DIAMETERS, (1e-3, 2e-3, LONGEST), strict=True)
-        },
-    }
+    for name, layers in rods.items():
+        found[name] = shared.chain(), shared.rod(layers), shared.RECORD
+    for diameter, record in zip(shared.DIAMETERS, (1e-3, 2e-3, LONGEST), strict=True):
+        found[f"plate 4.83 mm, beads {1e3 * diameter:.2f} mm (6.2)"] = shared.plate_chain(diameter), plate, record
+    return found
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -69,8 +63,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     def struck_by(pair: str, impact_speed: float, law: str) -> xr.Dataset:
         beads, wall = PAIRS[pair]
-        impact = Impact(spheres(shared.BEAD.radius, beads, shared.BEADS, impact_speed), hl.half_space(wall), LONG)
-        return measured(impact, LAWS[law])
+        chain = spheres(shared.BEAD.radius, beads, shared.BEADS, impact_speed)
+        return measured((chain, hl.half_space(wall), LONG), LAWS[law])
 
     with collected():  # that elastic contacts are beyond yield is what the table says
         data = shared.over(of_impact, impact=list(of_thesis), law=list(LAWS))
@@ -80,9 +74,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 def measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
     """Return what is kept of a run. first_yield: speed, m/s, by Hertz's forces, which grow with its power 6/5."""
-    chain = replace(impact.chain, law=law)
-    simulation = hl.CoSimulation(chain, impact.structure)
-    result = simulation.run(impact.until, SAVED)
+    elastic, structure, until = impact
+    chain = replace(elastic, law=law)
+    simulation = hl.CoSimulation(chain, structure)
+    result = simulation.run(until, SAVED)
     seen, peaks = hl.reflections(result, shared.SENSOR), result.contact_force.max("time").values
     limits = [
         np.inf if pair is None or (contact := hl.laws.Thornton().contact(*pair)) is None else contact.yield_force
@@ -114,20 +109,14 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
             said += f"; AR {ratios} and TOF {flights} µs, {', '.join(LAWS)}".replace("nan", "none")
         yield Number(f"first yield, {section}", first, said, "m/s")
         weaker, other = (float(law.incident / elastic.incident) for law in (thornton, fitted))
-        yield Number(
-            f"incident force with Thornton's law over elastic, {section}", weaker, f"{other:.2f} by Jackson–Green"
-        )
+        name = f"incident force with Thornton's law over elastic, {section}"
+        yield Number(name, weaker, f"{other:.2f} by Jackson–Green")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return what yielding takes over the impact speed."""
-    styles, labels = (
-        dict(zip(LAWS, ("-", "--", ":"), strict=True)),
-        ("incident force at bead 7 / elastic", "AR at bead 7"),
-    )
-    figure, panels = draw.panels(
-        2, width=3.7, height=4.0, ylabels=labels, xlabel="impact speed (m/s)", ylim=(0.0, 1.05)
-    )
+    styles, xlabel = dict(zip(LAWS, ("-", "--", ":"), strict=True)), "impact speed (m/s)"
+    labels = "incident force at bead 7 / elastic", "AR at bead 7"
+    figure, panels = draw.panels(2, width=3.7, height=4.0, ylabels=labels, xlabel=xlabel, ylim=(0.0, 1.05))
     weaker = data.swept_incident / data.swept_incident.sel(law="elastic")
     speeds, names = data.impact_speed.values, list(PAIRS)
     for axis, values, pairs, title in (

@@ -49,18 +49,6 @@ def test_gamma_is_a_force() -> None:
     assert 1.0 - last / first == pytest.approx(0.001, abs=0.0005)
 
 
-def test_laws_of_loss_are_ordered_alike_in_all_materials() -> None:
-    data = quick("dissipation")
-    left = data.peak.sel(sensor=56) / data.peak.sel(sensor=9)
-    thesis, pairwise, undamped = (left.sel(law=law) for law in ("thesis", "pairwise", "undamped"))
-    assert (thesis < pairwise).all()
-    assert (pairwise < 0.5).all()
-    assert undamped.values == pytest.approx(np.ones(3), abs=1e-3)
-    best = data.corner_peak.sel(corner="best fit")
-    assert (data.corner_peak.min("corner") < best).all()
-    assert (data.corner_peak.max("corner") > best).all()
-
-
 def test_speed_goes_with_a_sixth_power_of_the_force() -> None:
     """Hertz's chain has no scale of its own: exactly 1/6 undamped; the thesis's 0.17 with its law, within 2 %."""
     data = quick("dissipation")
@@ -85,12 +73,6 @@ def test_peaks_are_those_of_the_sensors() -> None:
         assert incident
         assert float(found.peak.sel(sensor=sensor)) == pytest.approx(incident.amplitude, rel=1e-5)
         assert float(found.arrival.sel(sensor=sensor)) == pytest.approx(incident.arrival, rel=1e-5)
-
-
-def test_quick_steps_are_fine_enough() -> None:
-    fine = STEEL.simulation(STEEL.law("thesis"), dissipation.IMPACT_SPEED, 1.0).run(STEEL.until())
-    coarse = quick("dissipation").peak.sel(material="steel 316", law="thesis")
-    assert coarse.values == pytest.approx(dissipation.peaks(fine).peak.values, rel=1e-3)
 
 
 @pytest.mark.thorough

@@ -68,17 +68,6 @@ def test_parts_are_what_information_reports(near: Sensitivities) -> None:
     assert near.waveform((7, 13)) == pytest.approx(own.relative, rel=0.05)
 
 
-def test_the_accuracy_of_a_bound_is_noted_where_it_matters() -> None:
-    """Not of one that makes an unknown blind, whatever it is."""
-
-    def build(distance: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
-        return study.edge_case(4.76e-3, distance, thickness, impact_speed)
-
-    known = hl.identifiability(build, until=1.4e-3, distance=0.06, thickness=4.83e-3, impact_speed=0.31)
-    assert known.verdict("distance") == "blind"
-    assert not any("bounds of distance" in warning for warning in known.warnings)
-
-
 def test_two_numbers_do_not_give_three_unknowns(near: Sensitivities) -> None:
     bounds = near.features((7,), study.RECORDS[0], draws=8)
     assert bounds(None) == dict.fromkeys(study.EDGE_UNKNOWNS, inf)
@@ -132,15 +121,3 @@ def test_bonds_are_seen_where_they_are_soft_compared_with_the_layer() -> None:
     assert (errors.sel(upper="steel", bond_free="all", bond_stiffness=3e11) < 0.05).all()
     ratio = errors.sel(upper="PTFE") / errors.sel(upper="steel")
     assert (ratio > 1.0).all()
-
-
-def test_a_tiny_grid_has_all_axes() -> None:
-    data = study.edges(1, (0.06,), (4.83e-3,))
-    assert data.edge_error.shape == (2, 1, 1, 2, 5, 3, 3)
-    assert np.isfinite(data.edge_error.sel(measured="bead 7", free="all")).all()
-    assert np.isnan(data.edge_error.sel(free="distance", unknown="thickness")).all()
-
-
-@pytest.mark.parametrize(("error", "text"), [(0.00237, "0.24 %"), (0.499, "50 %"), (0.51, "blind"), (inf, "blind")])
-def test_half_widths_are_printed_or_blind(error: float, text: str) -> None:
-    assert study.percent(error) == text

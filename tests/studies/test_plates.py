@@ -53,10 +53,10 @@ def test_contact_times_of_the_thesis(diameter: float, thickness: float, paramete
 def test_waves_of_the_plate() -> None:
     """Recomputed: Rayleigh's 0.571 of the bar speed; A0 in 2.29 and 4.83 mm, D = 9.53 mm, 9 kHz: 895 and 1300 m/s."""
     alloy = shared.ALUMINIUM
-    assert plate_boundary.rayleigh_speed(alloy) / alloy.bar_speed == pytest.approx(0.571, abs=1e-3)
+    assert plate_boundary.rayleigh_speed() / alloy.bar_speed == pytest.approx(0.571, abs=1e-3)
     frequency = plate_boundary.impact_frequency(9.53e-3)
     assert frequency == pytest.approx(9.0e3, rel=0.02)
-    speeds = [plate_boundary.group_speed(alloy, thickness, frequency) for thickness in (2.29e-3, 4.83e-3)]
+    speeds = [plate_boundary.group_speed(thickness, frequency) for thickness in (2.29e-3, 4.83e-3)]
     assert speeds == pytest.approx([895.0, 1300.0], rel=0.05)
 
 
@@ -92,17 +92,6 @@ def test_the_boundary_study_has_the_shape_of_the_thesis() -> None:
     assert np.all(lowest.sel(within=0.02).diff("diameter") > 0.0)
     inside = data.infinite_amplitude_ratio.fillna(0.0)
     assert float(abs(data.far_value.fillna(0.0) - inside).max()) < 5e-4
-
-
-@pytest.mark.thorough
-def test_critical_distances_lie_in_their_brackets() -> None:
-    """Brackets of 5 mm, in order of the tolerances."""
-    data = quick("plate-boundary")
-    at = data.sel(within=0.02)
-    low, high = (at.bracket.sel(end=end) for end in ("low", "high"))
-    assert np.all(((low < at.critical_distance) & (at.critical_distance < high)) | at.lower_bound)
-    assert np.all((high - low <= 5e-3) | at.lower_bound)
-    assert np.all((data.critical_distance.diff("within") < 0.0) | data.lower_bound.any("within"))
 
 
 @pytest.mark.thorough
@@ -157,12 +146,6 @@ def test_softer_edges_and_shear_send_back_less() -> None:
     assert float(far.max() - far.min()) < 5e-3
     thin, thick = (data.theory_amplitude_ratio.sel(theory=theory) for theory in plate_shear.THEORIES)
     assert np.all((thick < thin) & (thick > 0.95 * thin))
-
-
-def test_where_shear_counts() -> None:
-    """A loss of AR of (t/ℓ)²/5 is 0.01 at t/ℓ = 0.2236."""
-    thickness = np.array([0.1, 0.2, 0.4])
-    assert plate_shear.limit(thickness, thickness**2 / 5.0) == pytest.approx(0.05**0.5)
 
 
 @pytest.mark.thorough

@@ -5,16 +5,17 @@ file's value as the file says. The tools are compared with closed forms that the
 """
 
 import ast
+import sys
 from math import pi, sqrt
 from pathlib import Path
 
 import numpy as np
 import pytest
-from independent.thesis import ellipses, plates, waves
+from independent.thesis import ellipses, plates
 from independent.thesis.chapters import CHAPTERS, entries
 from independent.thesis.line import hertzian, on_rods, rod_cells, row
 from independent.thesis.materials import PTFE, STEEL_440C, between_spheres, on_half_space
-from independent.thesis.values import COARSE, Entry, agreement, agrees, load, numbers
+from independent.thesis.values import COARSE, Entry, load, numbers
 from scipy.integrate import quad
 from scipy.linalg import eigvalsh
 from scipy.special import beta
@@ -61,24 +62,13 @@ def test_the_file_holds_every_entry_as_the_scripts_state_it() -> None:
 def test_nothing_of_hertzlink_is_imported() -> None:
     """numpy, scipy and the standard library."""
     folder = Path(ellipses.__file__).parent
-    standard = {
-        "argparse",
-        "collections",
-        "dataclasses",
-        "functools",
-        "itertools",
-        "json",
-        "math",
-        "pathlib",
-        "sys",
-        "typing",
-    }
+    allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"}
     for file in folder.glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom) and node.level == 0:
                 names = [node.module or ""]
-            assert {name.partition(".")[0] for name in names} <= standard | {"numpy", "scipy"}, file.name
+            assert {name.partition(".")[0] for name in names} <= allowed, file.name
 
 
 def test_a_chain_keeps_energy_and_momentum() -> None:
@@ -101,14 +91,6 @@ def test_dashpots_pull_only_where_they_may() -> None:
         line = hertzian(mass, stiffness, dashpot=5.0, pulls=pulls)
         assert line.link_forces(place, speed)[0] == pytest.approx(force, abs=1e-12)
         assert line.link_forces(-place, speed)[0] == 0.0
-
-
-def test_gravity_is_in_equilibrium_before_the_impact() -> None:
-    mass, stiffness = row(6, 2.0e-3, 5e9, 7e9)
-    line = hertzian(mass, stiffness, gravity=9.81)
-    still = line.acceleration(line.start(), np.zeros(7))
-    assert still[0] == pytest.approx(9.81)
-    assert np.abs(still[1:]).max() < 1e-9
 
 
 def test_two_equal_rods_of_cells_are_a_rod_and_converge_to_its_frequency() -> None:
@@ -171,25 +153,3 @@ def test_zeners_ball_loses_little_at_first() -> None:
     losses = [1.0 - plates.bounce(factor, 1e-11)[1] for factor in (2e-3, 1e-3)]
     extrapolated = 2.0 * losses[1] / 1e-3 - losses[0] / 2e-3
     assert extrapolated == pytest.approx(slope, rel=1e-5)
-
-
-def test_peaks_and_widths_of_a_known_wave() -> None:
-    def pulse(time: np.ndarray) -> np.ndarray:
-        return 3.0 * np.exp(-(((time - 40.1e-6) / 10e-6) ** 2)) + np.exp(-(((time - 90.3e-6) / 10e-6) ** 2))
-
-    first, second = waves.peaks(pulse, 130e-6)
-    assert (first.time, second.time) == pytest.approx((40.1e-6, 90.3e-6), abs=1e-11)
-    assert (first.height, second.height) == pytest.approx((3.0, 1.0), rel=1e-9)
-    begin, end = waves.crossings(pulse, 1.5, 130e-6)
-    assert end - begin == pytest.approx(2.0 * 10e-6 * sqrt(np.log(2.0)), rel=1e-6)
-
-
-def test_printed_digits_say_what_agrees() -> None:
-    assert agrees("0.682", 0.6816)
-    assert not agrees("0.682", 0.6814)
-    assert agrees("3.31e9", 3.3149e9)
-    assert not agrees("3.31e9", 3.3151e9)
-    assert agreement(["1.28", "-", "0.2"], [1.283, 0.6, 0.29]) == "1 of 2"
-    assert agreement(["0.73", "0.78"], [0.74, 0.75, 0.78]) == "yes"
-    assert agreement(["0.5"], 0.6) == "no"
-    assert agreement([], 0.6) == ""
