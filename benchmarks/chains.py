@@ -147,14 +147,14 @@ def batches(rounds: int) -> None:
     """A batch of different chains, set-up included, on one core and on two."""
     sizes = np.random.default_rng(0).uniform(0.9, 1.1, CHAINS)
     beads = [hl.Sphere(4.76e-3 * size, hl.STEEL_440C) for size in sizes]
-    chains = [hl.Chain([bead] * BEADS, bead, 0.44) for bead in beads]
+
+    def alone(bead: hl.Sphere) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, 0.44), None, dt=STEP / 4)
 
     def run(threads: int) -> Run:
-        return lambda: (
-            hl.batch(chains, STEPS * STEP, save_every=1e-5, sensors=[7], dt=STEP / 4, threads=threads) and None
-        )
+        return lambda: hl.batch(alone, STEPS * STEP, save_every=1e-5, sensors=[7], threads=threads, bead=beads) and None
 
-    hl.batch(chains[:2], 1e-5, save_every=1e-5, sensors=[7], dt=STEP)
+    hl.batch(alone, 1e-5, save_every=1e-5, sensors=[7], bead=beads[:2])
     spent = seconds({"one": run(1), "two": run(2)}, rounds)
     rate = CHAINS * (BEADS + 1) * STEPS * 4 / median(spent["one"])
     ratio = median(one / two for one, two in zip(spent["one"], spent["two"], strict=True))

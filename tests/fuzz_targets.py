@@ -511,17 +511,7 @@ def _runs() -> dict[str, Target]:
         "batch": Target(
             hl.batch,
             {
-                **{"runs": [CHAIN, CHAIN], "until": UNTIL, "structure": WALL, "save_every": 1e-6, "sensors": [1, 2]},
-                **{"dt": None, "threads": 1},
-            },
-            None,
-            {"save_every": (1e-18, 1e-12), "dt": (1e-7, 1e-15), "threads": HUGE},
-            LONG,
-        ),
-        "batch of a function": Target(
-            hl.batch,
-            {
-                **{"runs": against, "until": UNTIL, "save_every": 1e-6, "sensors": [1], "measure": None},
+                **{"build": against, "until": UNTIL, "save_every": 1e-6, "sensors": [1], "measure": None},
                 **{"threads": 1, "speed": [0.2, 0.3]},
             },
             lambda one: one,  # an error may name an argument of what the function calls
@@ -537,7 +527,7 @@ def _runs() -> dict[str, Target]:
         ),
         "critical_distance_search": Target(
             hl.critical_distance_search,
-            {**found, "bracket": 2e-3, "relative": False, "jobs": 1, "known": None, "far": None},
+            {**found, "bracket": 2e-3, "relative": False, "jobs": 1},
             None,
             {"bracket": (1e-15,)},
             LONG,

@@ -1,6 +1,6 @@
 """The critical distance of a builder's runs: a scan over distances, then refinement of the last crossing."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import pairwise, product
 from math import inf
@@ -17,9 +17,8 @@ from coupling.results.critical_distance import FEWEST, LABEL, crossed_level, far
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Task, run_points, shown
-from coupling.sweeps.store import Point
 from coupling.sweeps.sweep import axis_labels, axis_values, check_build
-from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
+from structures.checks import instance, listed, not_negative, positive, whole, within
 from structures.structure import Vector
 from structures.units import readable
 
@@ -28,9 +27,6 @@ DEFAULT_BRACKET = 0.2e-3
 
 SHORTEST_BRACKET = 1e-6
 """m. A mesh that moves with the contact makes AR scatter by about 1e-5, which corresponds to a few µm of distance."""
-
-MEASURED_QUANTITIES = ("amplitude_ratio", "time_of_flight")
-"""The quantities that are read from each run."""
 
 OWN_DIMENSIONS = {"distance", "within", "end"}
 """Names of the result's own dimensions."""
@@ -41,8 +37,8 @@ SAMPLE_OFFSET = 0.45
 SPLINE_NEIGHBOURS = 3
 """Number of samples on each side of the bracket through which a cubic spline predicts the crossing."""
 
-Curve = dict[float, tuple[float, float]]
-"""AR and TOF (s) of the samples of one curve, by their distances (m)."""
+Curve = dict[float, xr.Dataset]
+"""What is kept of the runs of one curve, by their distances, m."""
 
 
 def critical_distance_search(
@@ -54,14 +50,12 @@ def critical_distance_search(
     bracket: float = DEFAULT_BRACKET,
     relative: bool = False,
     jobs: int | None = None,
-    known: xr.Dataset | None = None,
-    far: float | xr.DataArray | None = None,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
     """Find the distance beyond which AR stays within a tolerance of its far value, by refinement.
 
     Runs `build(distance=…)` at all distances of the scan. Then it adds distances around the last crossing of far value
-    ± tolerance, until the bracket of the crossing is short enough.
+    ± tolerance, until the bracket of the crossing is short enough. The far value is AR at the largest distance.
 
     Parameters
     ----------
@@ -83,12 +77,6 @@ def critical_distance_search(
         Whether the tolerance is relative to the far value.
     jobs : int, optional
         Number of processes; by default one for each core.
-    known : xarray.Dataset, optional
-        An earlier result for the same build, until, sensor and axes, for example with other tolerances: its samples are
-        not run again.
-    far : float or xarray.DataArray over the axes, optional
-        The far value, if it is known: that of an infinite plate, or 0 if all waves fade. By default AR at the largest
-        distance.
     **axes : sequence
         Further arguments of build, such as diameter=[4.76e-3, 9.53e-3]: one curve for each combination. Curves that
         share all but the last axis run in one process at the same distance, one after the other, so that build may keep
@@ -98,10 +86,9 @@ def critical_distance_search(
     -------
     xarray.Dataset
         Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
-        (m; "end": low, high); `lower_bound`, true if the far value is unknown or not reached, so that critical_distance
-        is NaN and the low end of the bracket is a lower bound; `far_value`. All samples: `amplitude_ratio`,
-        `time_of_flight` (s) and `sampled` over "distance". NaN at a sampled distance means that no wave returned within
-        the record. See `critical_distance` for the effect of NaN on the far value.
+        (m; "end": low, high); `lower_bound`, true if the far value is not reached, so that critical_distance is NaN and
+        the low end of the bracket is a lower bound; `far_value`. All samples: `amplitude_ratio`, `time_of_flight` (s)
+        and `sampled` over "distance". NaN at a sampled distance means that no wave returned within the record.
 
     Raises
     ------
@@ -131,50 +118,7 @@ def critical_distance_search(
     15 mm, in a bracket shorter than 0.2 mm: True
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
-    scan = _distances(distances)
-    many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
-    tolerances = [positive("tolerance", value) for value in many]
-    instance("relative", relative, bool, "True or False")
-    bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
-    values = axis_values(axes, OF_RUNS | OWN_DIMENSIONS) if axes else {}
-    check_build(build, {"distance": scan, **values})
-    task = Task(build, until, partial(_measured, sensor=sensor))
-    search = _Search(task, values, None if jobs is None else whole("jobs", jobs))
-    if known is not None:
-        search.recall(instance("known", known, xr.Dataset, "the Dataset of an earlier critical_distance_search"))
-        for name, value in (("until", until), ("sensor", sensor)):
-            if known.attrs.get(name) != value:
-                raise ValueError(f"known: was found with {name} = {known.attrs.get(name)!r}, must be {value!r} as here")
-    search.sample(
-        [(i, distance) for i, curve in enumerate(search.curves) for distance in scan if distance not in curve]
-    )
-    refinement = Refinement(tolerances, relative, bracket, _far_values(far, values))
-    while wanted := [(i, d) for i, curve in enumerate(search.curves) for d in refinement.wanted(i, curve)]:
-        search.sample(wanted)
-    distances_found = refinement.found(search.curves, tuple(map(len, values.values())), list(values))
-    data = search.samples().merge(
-        distances_found if isinstance(tolerance, Iterable) else distances_found.squeeze("within")
-    )
-    findings = search.findings() + _upper_bound(distances_found, scan[0])
-    warn(findings)
-    return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
-
-
-def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
-    """Return the far value of each curve; NaN if it is not known; or a ValueError."""
-    shape = tuple(map(len, values.values()))
-    if far is None:
-        return np.full(shape, np.nan).ravel()
-    each(finite, "far", far.values if isinstance(far, xr.DataArray) else far)
-    if not isinstance(far, xr.DataArray):
-        return np.broadcast_to(finite("far", far), shape).ravel()
-    if set(far.dims) != set(values) or far.transpose(*values).shape != shape:
-        raise ValueError(f"far: must be a number, or a DataArray over {', '.join(values) or 'no axes'}")
-    return np.asarray(far.transpose(*values).values, dtype=float).ravel()
-
-
-def _distances(distances: Iterable[float]) -> list[float]:
-    """Return the first scan in increasing order, or raise a ValueError."""
+    jobs = None if jobs is None else whole("jobs", jobs)
     scan = sorted(
         not_negative("distances", value, "m") for value in listed("distances", distances, object, "numbers, m")
     )
@@ -182,127 +126,71 @@ def _distances(distances: Iterable[float]) -> list[float]:
         raise ValueError(f"distances = {scan}: must be three or more")
     if twice := [distance for distance, following in pairwise(scan) if distance == following]:
         raise ValueError(f"distances: must not hold {twice[0]:g} twice")
-    return scan
+    many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
+    tolerances = [positive("tolerance", value) for value in many]
+    instance("relative", relative, bool, "True or False")
+    bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
+    values = axis_values(axes, OF_RUNS | OWN_DIMENSIONS) if axes else {}
+    check_build(build, {"distance": scan, **values})
+
+    task = Task(build, until, partial(_measured, sensor=sensor))
+    points = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
+    together = len(values[list(values)[-1]]) if values else 1
+    curves: list[Curve] = [{} for _ in points]
+    searches = [_Search(curve, limit, relative, bracket) for curve in curves for limit in tolerances]
+    said = dict[str, list[str]]()
+    wanted = {(i, distance) for i in range(len(curves)) for distance in scan}
+    while wanted:
+        # Curves that share the distance and all but the last axis run in one process.
+        places = sorted(wanted, key=lambda place: (place[0] // together, place[1], place[0]))
+        at = [{**points[i], "distance": distance} for i, distance in places]
+        runs = run_points(task, at, jobs, together, "critical distance")
+        for (i, distance), point, run in zip(places, at, runs, strict=True):
+            assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
+            curves[i][distance] = run
+            if lines := findings_of(run):
+                said[shown(point)] = lines
+        nexts = [search.next() for search in searches]
+        wanted = {(place // len(tolerances), distance) for place, found in enumerate(nexts) for distance in found}
+
+    data = _samples(curves, values).merge(_crossings(searches, curves, tolerances, values))
+    findings = gathered(said, sum(map(len, curves)))
+    if scan[0] > 0.0 and bool((data.bracket.sel(end="low") == 0.0).any()):
+        findings.append(
+            f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {readable(scan[0], 'm', 6)}, "
+            "is an upper bound; give smaller distances"
+        )
+    warn(findings)
+    data = data if isinstance(tolerance, Iterable) else data.squeeze("within")
+    return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
 
 
 def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
-    """Return the part of a run that is kept."""
     return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, sensor), "time_of_flight": time_of_flight(run, sensor)})
 
 
 class _Search:
-    """The samples of all curves, one for each combination of the axes' values, and the runs that produce them."""
+    """The search for the last crossing of one curve for one tolerance, until its bracket, m, is short enough."""
 
-    def __init__(self, task: Task, values: dict[str, list[Any]], jobs: int | None) -> None:
-        self.task, self.values, self.jobs = task, values, jobs
-        self.points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
-        self.curves: list[Curve] = [{} for _ in self.points]
-        self.together = len(values[list(values)[-1]]) if values else 1
-        self.labels: dict[str, dict[str, str]] = {}
-        self.attrs: dict[str, Any] = {}
-        self.found: dict[str, list[str]] = {}
-        self.earlier: list[str] = []
+    def __init__(self, curve: Curve, tolerance: float, relative: bool, bracket: float) -> None:
+        self.curve, self.tolerance, self.relative, self.bracket = curve, tolerance, relative, bracket
+        self.before = inf
 
-    def recall(self, earlier: xr.Dataset) -> None:
-        """Take over the samples of an earlier result."""
-        names = list(self.values)
-        if not {"sampled", *MEASURED_QUANTITIES} <= set(earlier) or {*earlier.sampled.dims} != {*names, "distance"}:
-            raise ValueError(
-                f"known: must be a result of critical_distance_search over {', '.join(names) or 'no axes'}"
-            )
-        for name, axis in self.values.items():
-            if earlier[name].values.tolist() != axis_labels(axis):
-                raise ValueError(f"known: holds other values of {name} than {short(axis)}")
-        ordered = earlier[["sampled", *MEASURED_QUANTITIES]].transpose(*names, "distance")
-        sampled, *columns = (ordered[name].values.reshape(len(self.curves), -1) for name in ordered)
-        distances = earlier.distance.values.tolist()
-        for curve, there, *values in zip(self.curves, sampled, *columns, strict=True):
-            rows = zip(distances, *(value.tolist() for value in values), strict=True)
-            curve.update({row[0]: (row[1], row[2]) for row, present in zip(rows, there, strict=True) if present})
-        self.earlier = findings_of(earlier)
-        self.attrs, self.labels = earlier.attrs, {name: earlier[name].attrs for name in MEASURED_QUANTITIES}
+    def crossing(self) -> tuple[float, float, float]:
+        """Return the crossing and its bracket, m; see `last_crossing`."""
+        return last_crossing(*as_arrays(self.curve), self.tolerance, self.relative)
 
-    def sample(self, wanted: list[tuple[int, float]]) -> None:
-        """Run curves at distances; those that share the distance and all but the last axis, in one process."""
-        ordered = sorted(set(wanted), key=lambda place: (place[0] // self.together, place[1], place[0]))
-        points = [self._point(*place) for place in ordered]
-        runs = run_points(self.task, points, self.jobs, self.together, "critical distance")
-        for (curve, distance), point, run in zip(ordered, points, runs, strict=True):
-            assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
-            self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
-            if lines := findings_of(run):
-                self.found[shown(point)] = lines
-            if not self.labels:
-                self.attrs = run.attrs
-                self.labels = {str(name): run[name].attrs for name in run.data_vars}
-
-    def _point(self, curve: int, distance: float) -> Point:
-        return {**self.points[curve], "distance": distance}
-
-    def findings(self) -> list[str]:
-        """Return the findings of the runs, the first of each kind."""
-        return self.earlier + gathered(self.found, sum(map(len, self.curves)))
-
-    def samples(self) -> xr.Dataset:
-        """Return all samples, on the union of the distances of all curves."""
-        distances = sorted(set().union(*self.curves))
-        empty = (np.nan, np.nan)
-        measured = np.array([[curve.get(d, empty) for d in distances] for curve in self.curves])
-        sampled = np.array([[d in curve for d in distances] for curve in self.curves])
-        names, shape = [*self.values, "distance"], (*map(len, self.values.values()), len(distances))
-        variables: dict[str, Any] = {
-            name: (names, measured[..., i].reshape(shape), self.labels[name])
-            for i, name in enumerate(MEASURED_QUANTITIES)
-        }
-        variables["sampled"] = (names, sampled.reshape(shape), {"long_name": "whether there is a run"})
-        coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in self.values.items()}
-        coordinates["distance"] = ("distance", distances, {"units": "m"})
-        return xr.Dataset(variables, coordinates, self.attrs)
-
-
-class Refinement:
-    """The next distances for each curve and tolerance, until all brackets are short enough."""
-
-    def __init__(self, tolerances: list[float], relative: bool, bracket: float, far: Vector) -> None:
-        self.tolerances, self.relative, self.bracket, self.far = tolerances, relative, bracket, far
-        self.before: dict[tuple[int, float], float] = {}
-
-    def wanted(self, number: int, curve: Curve) -> set[float]:
-        """Return the further distances for the curve of this number."""
-        distances, ratios = as_arrays(curve)
-        wanted: set[float] = set()
-        for tolerance in self.tolerances:
-            _, low, high = last_crossing(distances, ratios, tolerance, self.relative, self.far[number])
-            if low not in curve or not self.bracket < high - low < inf:
-                continue
-            slow = high - low > 0.5 * self.before.get((number, tolerance), inf)
-            self.before[number, tolerance] = high - low
-            level = crossed_level(curve[low][0], far_value(ratios, self.far[number]), tolerance, self.relative)
-            wanted.update(next_distances(distances, ratios, low, high, level, self.bracket, bisect=slow))
-        return {round(distance, 9) for distance in wanted}
-
-    def found(self, curves: list[Curve], shape: tuple[int, ...], names: list[str]) -> xr.Dataset:
-        """Return the crossings of all curves for all tolerances."""
-        arrays = [(*as_arrays(curve), far) for curve, far in zip(curves, self.far, strict=True)]
-        crossings = np.array(
-            [
-                [last_crossing(d, r, tolerance, self.relative, far) for tolerance in self.tolerances]
-                for d, r, far in arrays
-            ]
-        ).reshape(*shape, len(self.tolerances), 3)
-        metres, over = {"units": "m"}, [*names, "within"]
-        label = "tolerance of AR, relative to the far value" if self.relative else "tolerance of AR"
-        far = np.array([far_value(ratios, far_ratio) for _, ratios, far_ratio in arrays]).reshape(shape)
-        bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
-        return xr.Dataset(
-            {
-                "critical_distance": (over, crossings[..., 0], {**metres, "long_name": LABEL}),
-                "bracket": ([*over, "end"], crossings[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
-                "lower_bound": (over, np.isinf(crossings[..., 2]), bound),
-                "far_value": (names, far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
-            },
-            {"within": ("within", self.tolerances, {"units": "1", "long_name": label}), "end": ["low", "high"]},
-        )
+    def next(self) -> list[float]:
+        """Return the distances, m, that it needs next."""
+        _, low, high = self.crossing()
+        if low not in self.curve or not self.bracket < high - low < inf:
+            return []
+        slow, self.before = high - low > 0.5 * self.before, high - low
+        distances, ratios = as_arrays(self.curve)
+        outside = self.curve[low].amplitude_ratio.item()
+        level = crossed_level(outside, far_value(ratios), self.tolerance, self.relative)
+        found = next_distances(distances, ratios, low, high, level, self.bracket, bisect=slow)
+        return [round(distance, 9) for distance in found]
 
 
 def next_distances(
@@ -327,15 +215,40 @@ def next_distances(
 
 
 def as_arrays(curve: Curve) -> tuple[Vector, Vector]:
+    """Return the distances, m, in their order, and AR there."""
     distances = sorted(curve)
-    return np.array(distances), np.array([curve[distance][0] for distance in distances])
+    return np.array(distances), np.array([curve[distance].amplitude_ratio.item() for distance in distances])
 
 
-def _upper_bound(data: xr.Dataset, smallest: float) -> list[str]:
-    """Return a finding if AR is within the tolerance at all distances."""
-    if smallest == 0.0 or not bool((data.bracket.sel(end="low") == 0.0).any()):
-        return []
-    return [
-        f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {readable(smallest, 'm', 6)}, "
-        "is an upper bound; give smaller distances"
-    ]
+def _samples(curves: Sequence[Curve], values: dict[str, list[Any]]) -> xr.Dataset:
+    """Return all samples, on the union of the distances of all curves."""
+    distances, first = sorted(set().union(*curves)), next(iter(curves[0].values()))
+    names, shape = [*values, "distance"], (*map(len, values.values()), len(distances))
+    variables: dict[str, Any] = {}
+    for name, variable in first.data_vars.items():
+        of_curves = [[curve[d][name].item() if d in curve else np.nan for d in distances] for curve in curves]
+        variables[str(name)] = names, np.reshape(of_curves, shape), variable.attrs
+    sampled = np.reshape([[d in curve for d in distances] for curve in curves], shape)
+    variables["sampled"] = names, sampled, {"long_name": "whether there is a run"}
+    coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}
+    coordinates["distance"] = "distance", distances, {"units": "m"}
+    return xr.Dataset(variables, coordinates, first.attrs)
+
+
+def _crossings(
+    searches: Sequence[_Search], curves: Sequence[Curve], tolerances: list[float], values: dict[str, list[Any]]
+) -> xr.Dataset:
+    """Return the crossings of all curves for all tolerances."""
+    shape, over, metres = tuple(map(len, values.values())), [*values, "within"], {"units": "m"}
+    found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
+    far = np.reshape([far_value(as_arrays(curve)[1]) for curve in curves], shape)
+    label = "tolerance of AR, relative to the far value" if searches[0].relative else "tolerance of AR"
+    bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
+    variables: dict[str, Any] = {
+        "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
+        "bracket": ([*over, "end"], found[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
+        "lower_bound": (over, np.isinf(found[..., 2]), bound),
+        "far_value": ([*values], far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
+    }
+    within_label = {"units": "1", "long_name": label}
+    return xr.Dataset(variables, {"within": ("within", tolerances, within_label), "end": ["low", "high"]})

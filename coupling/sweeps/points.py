@@ -21,8 +21,9 @@ from structures.caution import collected
 from structures.checks import instance, short
 from structures.units import readable
 
-ENVIRONMENT_ERRORS = (ImportError, MemoryError, OSError)
-"""Errors that the point did not cause: a package is missing, memory or disk is full, a file or a connection is lost."""
+POINT_ERRORS = (ArithmeticError, LookupError, RuntimeError, ValueError)
+"""Errors by which a point fails alone: its values, its numbers, its convergence. All others, such as a full disk, a
+missing package or a call with wrong arguments, concern every point."""
 
 Outcome = xr.Dataset | Failure
 
@@ -54,7 +55,7 @@ class Task:
                 run = measured = simulation.run(self.until)
                 if self.measure is not None:
                     measured = instance("measure(run)", self.measure(run), xr.Dataset, "a Dataset")
-            except Exception as error:
+            except (*POINT_ERRORS, OSError, TypeError) as error:
                 for note in (f"in the sweep's point {shown(point)}", *(f"warning before it: {m}" for m in messages)):
                     error.add_note(note)
                 raise
@@ -63,13 +64,10 @@ class Task:
         return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def attempt(self, point: Point) -> Outcome:
-        """Run a point; an error of the point itself is returned, one of the environment is raised."""
+        """Run a point; an error of the point itself is returned."""
         try:
             return self.run(point)
-        except ENVIRONMENT_ERRORS:
-            raise
-        # The user's own code may raise any error; none may lose the other points.
-        except Exception as error:  # noqa: BLE001 - see above
+        except POINT_ERRORS as error:
             return Failure(type(error).__name__, str(error))
 
     def outcome(self, point: Point) -> Outcome:
@@ -102,22 +100,22 @@ def run_points(
     groups = [points[begin : begin + together] for begin in range(0, len(points), together)]
     outcomes: list[Outcome] = []
     with progress(len(points), label) as bar:
-        for group in in_parallel(jobs, task.outcomes, groups):
+        for group in _in_parallel(task, groups, jobs):
             outcomes += group
             bar.update(len(group))
     return outcomes
 
 
-def in_parallel(jobs: int | None, work: Callable[[Any], Any], parts: Sequence[Any]) -> Iterator[Any]:
-    """Yield `work(part)` of each part, in their order."""
-    if jobs == 1 or len(parts) == 1:
-        yield from map(work, parts)
+def _in_parallel(task: Task, groups: Sequence[Sequence[Point]], jobs: int | None) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of each group, in their order."""
+    if jobs == 1 or len(groups) == 1:
+        yield from map(task.outcomes, groups)
         return
     try:
         parallel = joblib.Parallel(
             jobs or -1, return_as="generator", batch_size=1, initializer=_end_with, initargs=(os.getpid(),)
         )
-        yield from parallel(joblib.delayed(work)(part) for part in parts)
+        yield from parallel(joblib.delayed(task.outcomes)(group) for group in groups)
     except BrokenProcessPool as error:
         raise RuntimeError(
             "a process ended before its work was done: perhaps memory ran out, or it cannot load the function; jobs=1 "
@@ -144,10 +142,9 @@ def progress(total: int, label: str, unit: str = "point") -> Any:
 
 def shown(point: Point) -> str:
     """Return a point for messages, numbers with the units that their names imply: "thickness = 3 mm"."""
-    return ", ".join(f"{name} = {_value(name, value)}" for name, value in point.items())
-
-
-def _value(name: str, value: Any) -> str:
-    if isinstance(value, float | int | np.number) and not isinstance(value, bool):
-        return readable(float(value), unit_of(name), 6)
-    return short(getattr(value, "name", value))
+    texts = []
+    for name, value in point.items():
+        number = isinstance(value, float | int | np.number) and not isinstance(value, bool)
+        text = readable(float(value), unit_of(name), 6) if number else short(getattr(value, "name", value))
+        texts.append(f"{name} = {text}")
+    return ", ".join(texts)

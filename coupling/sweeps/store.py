@@ -5,6 +5,7 @@ the builder and of what it calls, the data that these use from outside, and hert
 """
 
 import dis
+import errno
 import inspect
 import json
 import os
@@ -45,29 +46,18 @@ class Failure:
 class Store:
     """The finished points of the sweeps of one builder in a folder, which is made if its parent exists.
 
-    Sweeps may share a folder, also at the same time: a file appears complete or not at all.
-
-    Parameters
-    ----------
-    folder : str or PathLike
-        Path of the folder.
-    *inputs : object
-        What determines the numbers beside a point: the builder, the length of the record, the measure.
-
-    Raises
-    ------
-    ValueError
-        For a folder that cannot be made or written, and for functions whose source cannot be read.
+    Sweeps may share a folder, also at the same time: a file appears complete or not at all. inputs: what determines the
+    numbers beside a point, which are the builder, the length of the record and the measure.
     """
 
     def __init__(self, folder: str | os.PathLike[str], *inputs: Any) -> None:
         self.folder = Path(folder)
         try:
             self.folder.mkdir(exist_ok=True)
+            if not os.access(self.folder, os.W_OK | os.X_OK):
+                raise OSError(errno.EACCES, "it is perhaps read-only")
         except OSError as error:
             raise ValueError(f"store = {str(folder)!r}: must be a writable folder; {error.strerror}") from error
-        if not os.access(self.folder, os.W_OK | os.X_OK):
-            raise ValueError(f"store = {str(folder)!r}: must be a writable folder; it is perhaps read-only")
         self.inputs = [own_sources(), *map(identity, inputs)]
 
     def path(self, point: Point) -> Path:
@@ -92,10 +82,9 @@ class Store:
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> None:
         """Write the outcome of a point; a ValueError says why a netCDF file cannot hold it."""
-        if isinstance(outcome, Failure):
-            data = xr.Dataset(attrs={"failure": [outcome.kind, outcome.message]})
-        else:
-            data = outcome
+        data: xr.Dataset | Failure = outcome
+        if isinstance(data, Failure):
+            data = xr.Dataset(attrs={"failure": [data.kind, data.message]})
         path = self.path(point)
         part = path.with_name(f".{path.stem}.{os.getpid()}.part")
         try:

@@ -77,9 +77,9 @@ def sweep(
 
     With a store, the same sweep can be repeated after it was stopped, or with longer axes: it runs only the missing
     points. A point is run again if anything changed that determines its numbers: the source code of build or measure,
-    data that they use from outside, or hertzlink. An error at one point is recorded there, and the others continue: the
-    point is NaN, and the variable `error` holds the error as text, which is empty for all other points. ImportError,
-    MemoryError and OSError are not the point's fault; they end the sweep.
+    data that they use from outside, or hertzlink. Where a point fails by its values, its numbers or its convergence
+    (ValueError, LookupError, ArithmeticError, RuntimeError), the others continue: the point is NaN, and the variable
+    `error`, empty for all other points, holds the reason. All other errors end the sweep.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
 
 
 def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str = "build", names: str = "axes") -> None:
-    """Raises ValueError if build is not a function, or does not accept exactly the axes."""
+    """Raise a ValueError if build is not a function, or does not accept exactly the axes."""
     if not callable(build):
         raise ValueError(f"{name} = {short(build)}: must be a function that returns a CoSimulation")
     try:
@@ -206,14 +206,23 @@ def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: 
             not np.allclose(run.time, aligned[0].time, rtol=1e-9) for run in aligned if run.sizes == aligned[0].sizes
         ):
             raise ValueError("window: the runs' times do not fit together; leave the windows to be chosen")
-    aligned = _with_all_modes(aligned)
+    most = max(run.sizes.get("mode", 0) for run in aligned)
+    aligned = [
+        run.pad({"mode": (0, most - run.sizes["mode"])}, keep_attrs=True) if run.sizes.get("mode", most) < most else run
+        for run in aligned
+    ]
     if any(run.sizes != aligned[0].sizes for run in aligned):
         raise ValueError("build: runs differ in beads or times; use measure= to keep what they have in common")
     shape = tuple(len(axis) for axis in values.values())
     first = aligned[0]
 
     def stacked(name: str) -> tuple[tuple[str, ...], Vector, dict[str, Any]]:
-        data = _placed(np.stack([run[name].values for run in aligned]), places, len(outcomes))
+        data = np.stack([run[name].values for run in aligned])
+        if len(runs) < len(outcomes):  # points that failed are NaN, or empty text
+            data = data.astype(float) if data.dtype.kind in "biu" else data
+            every = np.full((len(outcomes), *data.shape[1:]), "" if data.dtype.kind == "U" else np.nan, data.dtype)
+            every[list(places)] = data
+            data = every
         return (*values, *map(str, first[name].dims)), data.reshape(*shape, *first[name].shape), first[name].attrs
 
     coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}
@@ -226,26 +235,6 @@ def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: 
         variables[ERROR_VARIABLE] = tuple(values), errors, {"long_name": "why the point failed, empty where it did not"}
     findings = {shown(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
     return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), gathered(findings, len(outcomes)))
-
-
-def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """Runs filled up with NaN to the largest number of modes."""
-    most = max(run.sizes.get("mode", 0) for run in runs)
-    return [
-        run.pad({"mode": (0, most - run.sizes["mode"])}, keep_attrs=True) if run.sizes.get("mode", most) < most else run
-        for run in runs
-    ]
-
-
-def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
-    """Return the rows of the points that were run, among those of all points; the others are NaN, or empty text."""
-    if len(places) == count:
-        return data
-    if data.dtype.kind in "biu":
-        data = data.astype(float)
-    everywhere = np.full((count, *data.shape[1:]), "" if data.dtype.kind == "U" else np.nan, data.dtype)
-    everywhere[list(places)] = data
-    return everywhere
 
 
 def axis_labels(axis: list[Any]) -> list[Any]:

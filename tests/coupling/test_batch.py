@@ -40,15 +40,6 @@ def test_a_batch_on_a_structure_is_its_runs() -> None:
     assert np.array_equal(everywhere.contact_force[1].values, runs.contact_force[1].values)
 
 
-def test_windows_are_as_long_as_the_shortest_contact_allows() -> None:
-    """The runs at the ends of each parameter tell it, as a list of all runs does."""
-    speeds, losses = [0.3, 0.1, 0.44, 0.2], [2.0, 5.0, 1.0, 3.0]
-    by_function = hl.batch(tap, 1e-4, sensors=[7], speed=speeds, loss=losses)
-    by_list = hl.batch(list(map(tap, speeds, losses)), 1e-4, sensors=[7])
-    assert np.array_equal(by_function.time.values, by_list.time.values)
-    assert np.array_equal(by_function.contact_force.values, by_list.contact_force.values)
-
-
 def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
     """Of a record that ends early, of beads and a wall beyond yield, of energy that long steps lose."""
     kinds, late, soft = set[str](), hl.half_space(hl.PTFE), hl.half_space(hl.ALUMINIUM_6061)
@@ -86,11 +77,18 @@ MIXED = [
 ]
 
 
+def mixed(number: int) -> hl.CoSimulation:
+    return hl.CoSimulation(MIXED[number], WALL, dt=2e-8)
+
+
+ALL = list(range(len(MIXED)))
+
+
 def test_a_batch_of_all_sorts_is_its_runs() -> None:
     """Against CoSimulation with the same steps: the same numbers, to rounding."""
-    runs = hl.batch(MIXED, until=2e-4, structure=WALL, save_every=2e-6, dt=2e-8)
-    for i, one in enumerate(MIXED):
-        alone = hl.CoSimulation(one, WALL, dt=2e-8).run(until=2e-4, save_every=2e-6)
+    runs = hl.batch(mixed, until=2e-4, save_every=2e-6, number=ALL)
+    for i in ALL:
+        alone = mixed(i).run(until=2e-4, save_every=2e-6)
         scale = float(alone.contact_force.max())
         assert runs.contact_force[i].values == pytest.approx(alone.contact_force.values, abs=1e-9 * scale)
         assert runs.velocity[i].values == pytest.approx(alone.velocity.values, abs=1e-9)
@@ -99,10 +97,10 @@ def test_a_batch_of_all_sorts_is_its_runs() -> None:
 
 @pytest.mark.usefixtures("cores")
 def test_threads_and_neighbours_change_no_bit() -> None:
-    one = hl.batch(MIXED, until=1e-4, structure=WALL, threads=1)
-    two = hl.batch(MIXED, until=1e-4, structure=WALL, threads=2)
+    one = hl.batch(mixed, until=1e-4, threads=1, number=ALL)
+    two = hl.batch(mixed, until=1e-4, threads=2, number=ALL)
     assert one.identical(two)
-    alone = hl.batch(MIXED[3:4], until=1e-4, structure=WALL, save_every=float(one.time[1]))
+    alone = hl.batch(mixed, until=1e-4, save_every=float(one.time[1]), number=[3])
     assert np.array_equal(alone.contact_force[0].values, one.contact_force[3].values)
 
 
@@ -185,8 +183,12 @@ def test_a_measure_may_be_an_array_and_values_stay_what_they_are() -> None:
     assert kept.error.values.tolist() == [""] * 4
 
 
+def against(speed: float) -> hl.CoSimulation:
+    return hl.CoSimulation(chain(speed), WALL)
+
+
 def test_what_was_not_kept_is_named() -> None:
-    runs = hl.batch([chain()], until=2e-4, structure=WALL, sensors=[6, 7], save_every=1e-6)
+    runs = hl.batch(against, until=2e-4, sensors=[6, 7], save_every=1e-6, speed=[0.44])
     with pytest.raises(ValueError, match="sensor = 4: was not kept; must be one of 6, 7"):
         hl.amplitude_ratio(runs, 4)
 
@@ -200,7 +202,7 @@ def test_materials_are_parameters() -> None:
 
 def test_measures_work_on_a_batch() -> None:
     """AR and TOF of the LAMMPS chain, from a batch that keeps one sensor."""
-    runs = hl.batch([chain(hl.drop_speed(0.01)), chain(0.2)], until=1e-3, structure=WALL, sensors=[7])
+    runs = hl.batch(against, until=1e-3, sensors=[7], speed=[hl.drop_speed(0.01), 0.2])
     assert dict(runs.sizes) == {"run": 2, "time": runs.sizes["time"], "contact": 3, "bead": 1}
     assert float(hl.amplitude_ratio(runs, 7)[0]) == pytest.approx(48.9536 / 49.9881, rel=1e-4)
     assert float(hl.time_of_flight(runs, 7)[0]) == pytest.approx(458.937e-6, rel=1e-4)
@@ -209,60 +211,64 @@ def test_measures_work_on_a_batch() -> None:
 
 
 def test_what_a_batch_did_not_keep_is_not_measured() -> None:
-    runs = hl.batch([chain()], until=4e-4, structure=WALL, sensors=[7])
+    runs = hl.batch(against, until=4e-4, sensors=[7], speed=[0.44])
     with pytest.raises(
         ValueError, match="run: keeps sensors only, and holds no kinetic_energy and structure_work; run it by"
     ):
         hl.energy_error(runs)
-    whole = hl.contact_time(hl.batch([chain()], until=8e-4, structure=WALL))
-    last = hl.contact_time(hl.batch([chain()], until=8e-4, structure=WALL, sensors=[7]))
+    whole = hl.contact_time(hl.batch(against, until=8e-4, speed=[0.44]))
+    last = hl.contact_time(hl.batch(against, until=8e-4, sensors=[7], speed=[0.44]))
     assert float(whole[0]) == pytest.approx(float(last[0]), rel=1e-9)  # type: ignore[index]
 
 
+def of_count(count: int) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, 0.3), WALL)
+
+
+def explicitly(speed: float) -> hl.CoSimulation:
+    return hl.CoSimulation(chain(speed), WALL, hl.Explicit())
+
+
+def of_two(speed: float) -> hl.CoSimulation:
+    return hl.CoSimulation([chain(speed), chain(speed)], [WALL, hl.half_space(hl.PTFE)])
+
+
 @pytest.mark.parametrize(
-    ("keywords", "message"),
+    ("given", "message"),
     [
-        ({"runs": []}, "runs = "),
-        ({"runs": [BEAD]}, "runs = "),
-        ({"runs": [chain(), hl.Chain([BEAD], BEAD, 0.3)]}, r"runs: hold \[1, 20\] beads; must have equally many"),
+        ({"build": 3}, "build = 3: must be a function that returns a CoSimulation"),
+        ({"build": lambda speed: chain(speed)}, r"build\(...\) = Chain.*: must be a CoSimulation"),
+        ({"build": explicitly}, r"build\(...\) = CoSimulation.*: cannot run .* a batch needs Condensed"),
+        ({"build": of_two}, r"build\(...\): is a CoSimulation of several chains"),
+        ({"build": of_count}, "build = .*: takes count, but the parameters are speed"),
+        ({"speeds": [0.1]}, "build = .*: takes speed, but the parameters are speed, speeds"),
+        ({"speed": [0.1, 0.2], "dt": 1e-8}, "build = .*: takes speed, but the parameters are speed, dt"),
+        ({"speed": []}, r"speed = \[\]: must be a list of values"),
+        ({"speed": [np.nan]}, "impact_speed = nan: must be a finite number"),
+        ({"build": lambda a, b: tap(a + b), "speed": None, "a": [0.1, 0.2], "b": [0.1] * 3}, r"values \(a 2, b 3\)"),
+        ({"build": lambda time: tap(time), "speed": None, "time": [0.1]}, "time: is a name that every run uses"),
         ({"until": -1.0}, r"until = -1\.0"),
+        ({"until": 1e3}, "until = 1000.0, save_every = .*: .* numbers are too many to keep"),
         ({"sensors": [21]}, r"sensors = \[21\]: must be beads from 1 to 20"),
         ({"sensors": []}, r"sensors = \[\]"),
-        ({"structure": "steel"}, "structure = str: must be a Structure"),
-        ({"runs": lambda speed: chain(speed)}, "parameters: name at least one argument of the function"),
-        ({"speed": [0.1]}, "speed: parameters need a function in the place of runs"),
-        (
-            {"runs": lambda speed: chain(speed), "speeds": [0.1]},
-            "runs = .*: takes speed, but the parameters are speeds",
-        ),
-        ({"runs": lambda speed: chain(speed), "speed": [0.1, np.nan]}, "speed: is nan for run 1; must be finite"),
-        ({"runs": lambda speed: chain(speed), "speed": [[0.1], [0.2]]}, r"speed\[0\] = \[0.1\]: must be one value"),
-        ({"runs": lambda speed: chain(speed), "speed": []}, "speed: is empty"),
-        ({"runs": lambda speed: chain(speed), "speed": {0.1: 1}}, "speed = .*: has no order"),
-        ({"runs": lambda speed: chain(speed), "speed": np.ones((2, 1))}, r"speed: has the shape \(2, 1\)"),
-        ({"runs": lambda speed: chain(speed), "velocity": [0.1]}, "takes speed, but the parameters are velocity"),
-        ({"runs": lambda a, b: chain(a + b), "a": [0.1, 0.2], "b": [0.1] * 3}, r"values \(a 2, b 3\)"),
-        ({"runs": lambda time: chain(time), "time": [0.1]}, "time: is a name that every run uses"),
-        ({"runs": lambda speed: chain(speed), "speed": [0.1], "dt": 1e-8}, "dt = 1e-08: belongs into the function"),
-        ({"runs": lambda speed: BEAD, "speed": [0.1]}, r"runs\(...\) = "),
+        ({"sensors": 3}, "sensors = 3: must be a list of one bead number or more"),
         ({"measure": [1]}, r"measure = \[1\]: must be a function of a Dataset of runs"),
         ({"measure": lambda: None}, "measure = .*: must be a function of a Dataset of runs"),
         ({"measure": lambda runs: runs.isel(run=[])}, "measure.runs.: has the dimensions"),
-        ({"runs": [hl.CoSimulation(chain(), WALL)], "structure": WALL}, "structure: a CoSimulation has its own"),
-        ({"runs": [hl.CoSimulation(chain(), WALL, hl.Explicit())]}, "runs: holds .* a batch needs Condensed"),
-        (
-            {"runs": [hl.CoSimulation([chain(), chain()], [WALL, hl.half_space(hl.PTFE)])]},
-            "runs: holds a CoSimulation of several",
-        ),
         ({"threads": 0}, "threads = 0"),
-        ({"sensors": 3}, "sensors = 3: must be a list of one bead number or more"),
         ({"save_every": 1.0}, r"save_every = 1\.0: must not be longer than the run"),
-        ({"dt": 1e-20}, r"dt = 1e-20: takes .* steps in .* s; must take fewer"),
         ({"save_every": 0.0}, r"save_every = 0\.0"),
-        ({"until": 1e3}, "until = 1000.0, save_every = .*: .* numbers are too many to keep"),
-        ({"dt": 1e-4}, r"dt = 0\.0001: too large for a stable step"),
     ],
 )
-def test_bad_input(keywords: dict[str, object], message: str) -> None:
+def test_bad_input(given: dict[str, object], message: str) -> None:
+    everything = {"build": against, "until": 1e-4, "speed": [0.44], **given}
     with pytest.raises(ValueError, match=message):
-        hl.batch(**{"runs": [chain()], "until": 1e-4, **keywords})  # type: ignore[arg-type]
+        hl.batch(**{name: value for name, value in everything.items() if value is not None})  # type: ignore[arg-type]
+
+
+def test_parameters_are_named() -> None:
+    with pytest.raises(ValueError, match="parameters: name at least one argument of build"):
+        hl.batch(lambda: against(0.3), until=1e-4)
+    with pytest.warns(hl.HertzlinkWarning, match="1 of 2 runs failed"):
+        unlike = hl.batch(of_count, until=1e-5, count=[3, 4])
+    assert unlike.error.values[1] == "ValueError: build(...): has another number of beads than the 3 of the first run"

@@ -57,13 +57,3 @@ def test_it_is_named(call: Callable[[], object], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)) as caught:
         call()
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(("changed", "message"), [({"sensor": 2}, "sensor = 1"), ({"until": 0.9e-4}, "until = 0.0001")])
-@pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
-def test_samples_of_another_sensor_or_record_are_not_taken_over(changed: dict[str, Any], message: str) -> None:
-    given: dict[str, Any] = {"until": 1e-4, "sensor": 1, "distances": [0.01, 0.02, 0.05], "jobs": 1}
-    known = hl.critical_distance_search(near, **given)
-    hl.critical_distance_search(near, **given, known=known)
-    with pytest.raises(ValueError, match=f"known: was found with {message}"):
-        hl.critical_distance_search(near, **{**given, **changed}, known=known)

@@ -63,11 +63,11 @@ def test_structures_are_reduced_wherever_they_stand() -> None:
     assert ["reduction" in structure for structure in given["structures"]] == [True, False]
     assert len(made.interface.structures) == 2
     assert made.interface.structures[1] is simulation.interface.structures[1]
-    runs = hl.batch([hl.CoSimulation(CHAIN, PLATE)], UNTIL, sensors=[3])
+    runs = hl.batch(lambda reduce: hl.CoSimulation(CHAIN, PLATE, reduce=reduce), UNTIL, sensors=[3], reduce=[True])
     alone = hl.CoSimulation(CHAIN, PLATE).run(UNTIL, save_every=float(runs.time[1]), sensors=[3])
     assert runs.velocity[0].values == pytest.approx(alone.velocity.values, abs=1e-12)
-    with pytest.raises(ValueError, match="which the compiled loop cannot run"):
-        hl.batch([hl.CoSimulation(CHAIN, PLATE, reduce=False)], UNTIL, sensors=[3])
+    with pytest.raises(ValueError, match="cannot run in the compiled loop"):
+        hl.batch(lambda reduce: hl.CoSimulation(CHAIN, PLATE, reduce=reduce), UNTIL, sensors=[3], reduce=[False])
 
 
 def test_a_reduction_suits_the_push_of_the_run() -> None:

@@ -47,7 +47,7 @@ def test_the_kind_of_a_dataset_is_known() -> None:
     kinds = {
         "run": run,
         "sweep": xr.concat([run, run], "speed"),
-        "batch": hl.batch([hl.Chain([BEAD] * 3, BEAD, 0.44)], until=1e-4),
+        "batch": hl.batch(lambda n: hl.CoSimulation(hl.Chain([BEAD] * n, BEAD, 0.44), None), until=1e-4, n=[3]),
         "signal": hl.as_signal(run.time, {2: hl.sensor_force(run, 2)}),
         "": run.drop_vars("contact_force"),
     }

@@ -131,7 +131,7 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
     for run in (
         lambda: simulation.run(1.5),
         lambda: simulation.plan(1.5),
-        lambda: hl.batch([chain], 1.5, save_every=1e-3),
+        lambda: hl.batch(lambda n: simulation, 1.5, save_every=1e-3, n=[1]),
         lambda: hl.sweep(lambda n: simulation, 1.5, jobs=1, n=[1]),
     ):
         with pytest.raises(ValueError, match=MANY):
@@ -159,7 +159,7 @@ def test_batches_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> No
         pytest.warns(hl.HertzlinkWarning, match="you mean until = 0.0015") as caught,
         pytest.raises(RuntimeError, match="stopped"),
     ):
-        hl.batch([hl.Chain([BEAD] * 2, BEAD, 0.4)], 1.5, save_every=1e-3)
+        hl.batch(lambda n: hl.CoSimulation(hl.Chain([BEAD] * n, BEAD, 0.4), None), 1.5, save_every=1e-3, n=[2])
     assert len(caught) == 1
 
 

@@ -48,7 +48,7 @@ def test_axes_may_come_in_any_order(runs: xr.Dataset) -> None:
 
 def test_a_bead_that_was_not_kept_is_named() -> None:
     chain = hl.Chain([BEAD] * 12, BEAD, impact_speed=0.4)
-    kept = hl.batch([chain], until=1e-4, sensors=[6, 8])
+    kept = hl.batch(lambda speed: hl.CoSimulation(chain, None), until=1e-4, sensors=[6, 8], speed=[0.4])
     with pytest.raises(ValueError, match=r"sensor = 7: must be a bead that was kept: 6, 8"):
         hl.amplitude_ratio(kept, 7)
 

@@ -153,8 +153,10 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
 
 
 def test_report_of_a_batch_and_of_a_signal(tmp_path: Path) -> None:
-    chains = [hl.Chain([BEAD] * 12, BEAD, speed) for speed in (0.1, 0.2)]
-    batch = hl.batch(chains, until=5e-4, sensors=[6], structure=hl.half_space(hl.PTFE))
+    def tap(speed: float) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, speed), hl.half_space(hl.PTFE))
+
+    batch = hl.batch(tap, until=5e-4, sensors=[6], speed=[0.1, 0.2])
     assert "No run has a primary wave at bead 6." in check_page(made(tmp_path, batch, sensors=6)).text["p"]
     page = check_page(made(tmp_path, signal(), setup=build(3e9, 0.3)))
     assert page.text["h1"] == ["Measured signal"]
