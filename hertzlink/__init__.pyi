@@ -23,10 +23,8 @@ from coupling.results.ar_and_tof import wave_speed as wave_speed
 from coupling.results.critical_distance import critical_distance as critical_distance
 from coupling.results.events import contact_events as contact_events
 from coupling.results.measures import contact_time as contact_time
-from coupling.results.measures import contact_to_sensor_ratio as contact_to_sensor_ratio
 from coupling.results.measures import energy_error as energy_error
 from coupling.results.measures import sensor_force as sensor_force
-from coupling.results.wave_tracking import follow_waves as follow_waves
 from coupling.results.waves import NoWaveError as NoWaveError
 from coupling.signals.calibration import calibration_factor as calibration_factor
 from coupling.signals.conditioning import clean_signal as clean_signal

@@ -601,7 +601,6 @@ def _measures() -> dict[str, Target]:
         "contact_time": Target(hl.contact_time, {"run": run, "threshold": 0.01}, None, of_run, infinite=True),
         "energy_error": Target(hl.energy_error, {"run": run}, None, of_run, infinite=True),
         "sensor_force": Target(hl.sensor_force, at, None, of_run, infinite=True),
-        "contact_to_sensor_ratio": Target(hl.contact_to_sensor_ratio, at, None, of_run, infinite=True),
         "testing.assert_same_waves": Target(
             _same_waves,
             {
@@ -615,7 +614,6 @@ def _measures() -> dict[str, Target]:
             None,
             of_run,
         ),
-        "follow_waves": Target(hl.follow_waves, {"run": run, "smallest": 0.01}, None, of_run),
         "as_signal": Target(
             hl.as_signal,
             {**signal, "baseline": 0.0},

@@ -34,7 +34,6 @@ def shown() -> dict[str, Any]:
         r"Wave\([\d.]+ N at [\d.]+ µs\)": waves.incident,
         r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
         r"NoWave\(which='primary', reason='the record is short'\)": NoWave("primary", "the record is short"),
-        r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.follow_waves(run)[0],
     }
 
 

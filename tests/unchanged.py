@@ -442,16 +442,13 @@ def waves(run: xr.Dataset, sensor: int) -> list[float]:
 @other
 def measures() -> Mapping[str, Any]:
     run, tap = struck(), noisy()
-    follow = hl.follow_waves(run)
     sensor = hl.SensorModel(time_constant=1e-3, bandwidth=1e5)
     return {
         "waves": [*waves(run, 5), *waves(run, 9)],
         "secondary": [hl.amplitude_ratio(run, 5, "secondary"), hl.time_of_flight(run, 5, "secondary")],
         "measured": [*waves(tap, 5), hl.amplitude_ratio(tap, 9), hl.time_of_flight(tap, 9)],
         "speed": [hl.wave_speed(run, 4, 8), hl.contact_time(run)],
-        "ratio": hl.contact_to_sensor_ratio(run, 5),
         **dataset("event", hl.contact_events(run)),
-        "tracks": [float(value) for one in follow for value in (*one.times, *one.forces)],
         **dataset("conditioned", hl.clean_signal(tap)),
         **dataset("average", hl.average_taps([noisy(seed) for seed in (1, 2, 3)])),
         **dataset("as seen by a sensor", sensor.apply(run, [5, 9])),

@@ -27,19 +27,15 @@ from structures.surface import Surface
 DATA = {"displacement": "Displacement", "force": "Force"}
 
 DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", **DATA}
+# Default names in the configuration. The chain reads the displacement, the structure reads the force.
 STRUCTURE_NAMES = {"participant": "Structure", "mesh": "Structure-Mesh", **DATA}
-"""Default names in the configuration. The chain reads the displacement, the structure reads the force."""
-
-STEPS_PER_CONTACT = 64
-"""Steps of the chain in a contact, where neither preCICE nor the user says how long they are."""
-
+STEPS_PER_CONTACT = 64  # Steps of the chain in a contact, where neither preCICE nor the user says how long they are.
+# A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
+# divide by its change.
 ROUNDING = 1e-12
-"""A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
-divide by its change."""
-
+# Limits of convergence: of the displacement (m) and of the force (N), and their relative limit. preCICE refuses
+# absolute limits of 1e-14 and less.
 STILL, WEAK, RELATIVE = 2e-14, 1e-9, 1e-9
-"""Limits of convergence: of the displacement (m) and of the force (N), and their relative limit. preCICE refuses
-absolute limits of 1e-14 and less."""
 
 T = TypeVar("T")
 

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 from weakref import ref
 
@@ -13,26 +12,26 @@ from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps
 from coupling.results.signal_waves import check_peaks, doubts_of_signal, ends_rising, waves_back
-from coupling.results.wave_finder import Peak, Traces, Waves, find_waves
+from coupling.results.wave_finder import Traces, Waves, find_waves
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from structures.caution import caution
 from structures.checks import not_negative, one_of, positive, whole
 from structures.structure import Vector
 from structures.units import readable
 
+# Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks.
 SMALLEST_WAVE = 0.01
-"""Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
 
 WAVES = ("primary", "secondary", "third")
 
-UNCERTAINTY = "uncertainty"
-"""The attribute of a run that holds uncertainty budgets by sensor, as JSON: their text and the rows of a table."""
+# The attributes of a run that hold, as JSON by sensor, its uncertainty budgets (text and rows of a table) and its
+# numerical errors.
+UNCERTAINTY, NUMERICAL_ERROR = "uncertainty", "numerical_error"
 
-NUMERICAL_ERROR = "numerical_error"
-"""The attribute of a run that holds its numerical errors as JSON, by bead."""
+_MARGINS = ("amplitude_ratio", "time_of_flight")
 
+# The waves that were found last and what they were found in, while that Dataset is in use.
 _found_last = list[tuple[ref[xr.Dataset], tuple[Any, ...], Waves]]()
-"""The waves that were found last and what they were found in, while that Dataset is in use."""
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, earliest: float = 0.0) -> Reflections:
@@ -79,42 +78,38 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=6e-4)
-    >>> waves = hl.reflections(run, sensor=8)
-    >>> print(f"AR = {waves.primary.amplitude_ratio:.2f}, begins at the {waves.primary.begins}")
-    AR = 0.99, begins at the structure
+    >>> hl.reflections(run, sensor=8).primary.begins
+    'structure'
     """
     smallest, reading = positive("smallest", smallest), Reading(run)
     earliest = not_negative("earliest", earliest, "s")
     if earliest and not reading.is_signal:
         raise ValueError(f"earliest = {earliest!r}: must be 0 for a run, whose contacts show where waves go")
-    ends = readable(float(reading.time[-1]), "s", 4)
-    reason = "no {second}one above " + f"{100.0 * smallest:.3g} % of the incident one is in the record"
-    if reading.is_signal:
-        force, peaks = _of_signal(reading, sensor, smallest, range(len(Reflections._fields)), earliest)
-        incident, back = as_waves(peaks, "unknown")
-        if force is not None:
-            _warn_of_signal(reading, force, peaks, sensor)
-        if force is not None and incident and len(back) < 2 and ends_rising(force, incident.amplitude, smallest):
-            reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
-        none = f"none stands out of the signal's noise within the record, {ends}"
-    else:
-        peaks, waves = _of_run(reading, sensor, smallest, len(Reflections._fields))
-        incident, back = as_waves(peaks, "structure")
-        back = _with_margins(back, run, sensor)
-        warn_of_ends(int(sensor), reading.beads)
-        if incident:
-            _warn_of_doubts(waves, sensor, 3)
-            found, hops = waves.found[0], int(waves.hops[0])
-            reason = why_missing(reading.time, found, smallest, sensor, hops)[0] or reason
-        none = f"none runs over bead {sensor} to the structure within the record, {ends}"
-    if incident is None:
-        return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
-    if len(back) > 1:
-        return Reflections(incident, back[0], back[1])
-    reason = reason.replace("{second}", "second " if back else "")
-    if reason.startswith(RECORD):
-        caution(f"record: {reason.removeprefix(RECORD)}")
-    return Reflections(incident, back[0] if back else NoWave("primary", reason), NoWave("secondary", reason))
+    peaks, waves = _of_one(reading, sensor, smallest, range(3), earliest)
+    _warn_of_doubts(reading, waves, sensor, 3, smallest, earliest)
+    ends, count = readable(float(reading.time[-1]), "s", 4), int(np.isfinite(peaks[:, 0]).sum())
+    if not count:
+        words = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
+        return Reflections(*(NoWave(name, f"none {words} within the record, {ends}") for name in Reflections._fields))
+
+    (amplitude, arrival), *later = peaks[:count].tolist()
+    margins = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}")).get(str(sensor), {}).get("margins", {})
+    back, begins = list[ReflectedWave | NoWave](), "unknown" if reading.is_signal else "structure"
+    for (force, time), prefix in zip(later, ("", "secondary_"), strict=False):
+        errors = tuple(margins[prefix + name] for name in _MARGINS if prefix + name in margins) or None
+        back.append(ReflectedWave(force, time, force / amplitude, time - arrival, begins, errors))
+    if len(back) < 2:
+        reason = ""
+        if waves is not None:
+            reason, _ = why_missing(reading.time, waves.found[0], smallest, sensor, int(waves.hops[0]))
+        elif ends_rising(interpolated_over_gaps(reading.measured(sensor).values), amplitude, smallest):
+            reason = cut_record(float(reading.time[-1]), f"bead {sensor}")
+        if reason.startswith(RECORD):
+            caution(f"record: {reason.removeprefix(RECORD)}")
+        which = "second one" if back else "one"
+        reason = reason or f"no {which} above {100.0 * smallest:.3g} % of the incident one is in the record"
+        back += [NoWave(name, reason) for name in ("primary", "secondary")[len(back) :]]
+    return Reflections(Wave(amplitude, arrival), *back)
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
@@ -221,101 +216,88 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     beads = {"first": whole("first", first), "second": whole("second", second)}
     if beads["first"] == beads["second"]:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
-    reading, arrivals = Reading(run), dict[int, float]()
+    reading, arrivals = Reading(run), []
     for name, bead in beads.items():
-        if reading.is_signal:
-            _, peaks = _of_signal(reading, bead, SMALLEST_WAVE, [0], name=name)
-        else:
-            peaks, _ = _of_run(reading, bead, SMALLEST_WAVE, 1, name)
-        arrivals |= {bead: peaks[0][1]} if peaks else {}
-    if len(arrivals) < 2:
-        return float("nan")
-    (start, begin), (end, finish) = arrivals.items()
-    return (reading.position(end) - reading.position(start)) / (finish - begin)
+        peaks, _ = _of_one(reading, bead, SMALLEST_WAVE, [0], name=name)
+        arrivals.append(float(peaks[0, 1]))
+    start, end = (reading.position(bead) for bead in beads.values())
+    return (end - start) / (arrivals[1] - arrivals[0])
 
 
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     """Return AR or TOF of a run or a signal, or over the axes of many, and warn once of what misleads in them."""
-    one_of("wave", wave, WAVES)
-    reading, place = Reading(run), WAVES.index(wave)
-    if reading.is_signal:
-        result = of_signals(reading, sensor, place)[what == "time_of_flight"]
-        if result.ndim == 0:
-            force, peaks = _of_signal(reading, sensor, SMALLEST_WAVE, [])
-            if force is not None:
-                _warn_of_signal(reading, force, peaks, sensor)
-    else:
-        traces, template = traces_of(reading, sensor)
-        many = _found(reading, traces, 2 + place)
-        values = (many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight)[:, place]
-        result = xr.DataArray(values[0]) if template is None else template.copy(data=values.reshape(template.shape))
-        warn_of_ends(int(sensor), reading.beads)
-        _warn_of_doubts(many, sensor, 2 + place)
+    reading, place = Reading(run), 1 + WAVES.index(one_of("wave", wave, WAVES))
+    peaks, waves, template = _peaks(reading, sensor, SMALLEST_WAVE, (0, place))
+    amplitude, arrival = np.moveaxis(peaks, -1, 0)
+    is_ratio = what == "amplitude_ratio"
+    values = amplitude[:, place] / amplitude[:, 0] if is_ratio else arrival[:, place] - arrival[:, 0]
+    result = xr.DataArray(values[0]) if template is None else template.copy(data=values.reshape(template.shape))
+    if waves is not None or template is None:
+        _warn_of_doubts(reading, waves, sensor, 1 + place, SMALLEST_WAVE)
 
-        # Records that end before the wanted wave can be back, or within it.
-        late = list[tuple[float, str]]()
-        for found, hops in zip(many.found, many.hops, strict=True):
-            if 0 < len(found.samples) < 2 + place:
-                reason, until = why_missing(reading.time, found, SMALLEST_WAVE, sensor, int(hops))
-                late += [(until, reason.removeprefix(RECORD))] if until > reading.time[-1] else []
-        if late:
-            several = f", in {len(late)} of {len(many.found)} runs" if len(many.found) > 1 else ""
-            caution(f"record: {max(late)[1]}{several}")
+    # Records that end before the wanted wave can be back, or within it.
+    late = list[tuple[float, str]]()
+    for found, hops in zip(waves.found, waves.hops, strict=True) if waves is not None else ():
+        if 0 < len(found.samples) <= place:
+            reason, until = why_missing(reading.time, found, SMALLEST_WAVE, sensor, int(hops))
+            late += [(until, reason.removeprefix(RECORD))] if until > reading.time[-1] else []
+    if late:
+        several = f", in {len(late)} of {len(peaks)} runs" if len(peaks) > 1 else ""
+        caution(f"record: {max(late)[1]}{several}")
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     named: xr.DataArray = result.rename(what)
     return named
 
 
-def _found(reading: Reading, traces: Traces, most: int) -> Waves:
+def _of_one(
+    reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor"
+) -> tuple[Vector, Waves | None]:
+    """Return amplitude, N, and arrival, s, of the waves of one run or signal; a ValueError where there are several."""
+    peaks, waves, template = _peaks(reading, sensor, smallest, places, earliest, name)
+    if template is not None:
+        axis = template.dims[0]
+        raise ValueError(
+            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
+            f"run.isel({axis}=0)"
+        )
+    return peaks[0], waves
+
+
+def _peaks(
+    reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor"
+) -> tuple[Vector, Waves | None, xr.DataArray | None]:
+    """Return what passes a sensor in each of some runs or signals.
+
+    The first result is runs × waves × (amplitude, N, and arrival, s), NaN where there is no wave; the second, of runs,
+    what is known of their waves; the third a variable over the axes, None for one run.
+
+    places: of the waves that are needed, the incident one first. name: the user's, of the sensor.
+    """
+    time, most = reading.time, 1 + max(places)
+    if not reading.is_signal:
+        traces, template = traces_of(reading, sensor, name)
+        waves = _found(reading, traces, smallest, most)
+        return np.stack([waves.amplitude, waves.arrival], axis=-1), waves, template
+    signals = reading.measured(sensor, name).transpose(..., "time")
+    rows = signals.values.reshape(-1, time.size)
+    peaks = np.full((len(rows), most, 2), np.nan)
+    for force, own in zip(rows, peaks, strict=True):
+        found = waves_back(time, force, smallest, earliest)
+        check_peaks(time, force, found, places, sensor)
+        for k, peak in enumerate(found[:most]):
+            own[k] = peak
+    return peaks, None, signals.isel(time=0).reset_coords(drop=True) if signals.ndim > 1 else None
+
+
+def _found(reading: Reading, traces: Traces, smallest: float, most: int) -> Waves:
     """Return the first waves of all runs. Who asks for AR mostly asks for TOF next, so the last ones are kept."""
-    shown: tuple[Any, ...] = (reading.time.copy(), *traces, most)
+    shown: tuple[Any, ...] = (reading.time.copy(), *traces, smallest, most)
     for _, before, waves in _found_last:
         if all(np.array_equal(old, new) for old, new in zip(before, shown, strict=True)):
             return waves
-    waves = find_waves(reading.time, traces, SMALLEST_WAVE, most)
+    waves = find_waves(reading.time, traces, smallest, most)
     _found_last[:] = [(ref(reading.data, lambda _: _found_last.clear()), shown, waves)]
     return waves
-
-
-def of_signals(reading: Reading, sensor: int, place: int = 0) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return AR and TOF of a wave that came back, by its place in time, over the axes of a measured signal."""
-
-    def one(force: Vector) -> tuple[float, float]:
-        peaks = waves_back(reading.time, force, SMALLEST_WAVE)
-        check_peaks(reading.time, force, peaks, (0, 1 + place), sensor)
-        if len(peaks) < 2 + place:
-            return float("nan"), float("nan")
-        (first, begin), (height, end) = peaks[0], peaks[1 + place]
-        return height / first, end - begin
-
-    signals = reading.measured(sensor)
-    values: tuple[xr.DataArray, xr.DataArray] = xr.apply_ufunc(
-        one, signals, input_core_dims=[["time"]], output_core_dims=[[], []], vectorize=True
-    )
-    return values
-
-
-def _of_signal(
-    reading: Reading, sensor: int, smallest: float, needed: Sequence[int], earliest: float = 0.0, name: str = "sensor"
-) -> tuple[Vector | None, list[Peak]]:
-    """Return the force of one signal without gaps, and its waves; a ValueError where a needed one is clipped."""
-    signal = reading.measured(sensor, name)
-    _check_one([str(axis) for axis in signal.dims if axis != "time"])
-    force = np.asarray(signal.values)
-    peaks = waves_back(reading.time, force, smallest, earliest)
-    check_peaks(reading.time, force, peaks, needed, sensor)
-    return (interpolated_over_gaps(force) if np.isfinite(force).any() else None), peaks
-
-
-def _of_run(
-    reading: Reading, sensor: int, smallest: float, most: int, name: str = "sensor"
-) -> tuple[list[Peak], Waves]:
-    """Return the first waves over a bead of one run. name: the user's, of the bead."""
-    traces, template = traces_of(reading, sensor, name)
-    _check_one([] if template is None else [str(axis) for axis in template.dims])
-    waves = find_waves(reading.time, traces, smallest, most)
-    peaks = zip(waves.amplitude[0].tolist(), waves.arrival[0].tolist(), strict=True)
-    return [*peaks][: len(waves.found[0].samples)], waves
 
 
 def traces_of(reading: Reading, sensor: int, name: str = "sensor") -> tuple[Traces, xr.DataArray | None]:
@@ -355,49 +337,24 @@ def traces_of(reading: Reading, sensor: int, name: str = "sensor") -> tuple[Trac
     return Traces(above, below, wall, velocity, preload, number, hops, yields), template
 
 
-def _check_one(axes: Sequence[str]) -> None:
-    """Raise a ValueError for a sweep."""
-    for axis in axes[:1]:
-        raise ValueError(
-            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
-            f"run.isel({axis}=0)"
-        )
-
-
-def as_waves(peaks: Sequence[Peak], begins: str) -> tuple[Wave | None, list[ReflectedWave]]:
-    """Return the incident wave and the reflected ones; begins: where these begin."""
-    if not peaks:
-        return None, []
-    (first, begin), *later = peaks
-    return Wave(first, begin), [ReflectedWave(top, at, top / first, at - begin, begins) for top, at in later]
-
-
-def _warn_of_signal(reading: Reading, force: Vector, peaks: Sequence[Peak], sensor: int) -> None:
-    """Warn of what may mislead in a signal: its zero, its lead, the order of its sensors, a tail among its waves."""
-    arrivals = dict[int, float]()
-    for number in reading.data.sensor.values.tolist():
-        if other := waves_back(reading.time, np.asarray(reading.measured(number).values), 0.5):
-            arrivals[int(number)] = other[0][1]
-    for doubt in doubts_of_signal(reading.time, force, peaks, sensor, arrivals):
-        caution(doubt)
-
-
-def _with_margins(waves: list[ReflectedWave], run: xr.Dataset, sensor: int) -> list[ReflectedWave]:
-    """Return the waves with the margins of AR and TOF that the run holds for the sensor."""
-    margins = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}")).get(str(sensor), {}).get("margins", {})
-    for place, prefix in enumerate(("", "secondary_")[: len(waves)]):
-        if (ratio := f"{prefix}amplitude_ratio") in margins:
-            waves[place] = replace(waves[place], margins=(margins[ratio], margins[f"{prefix}time_of_flight"]))
-    return waves
-
-
-def _warn_of_doubts(waves: Waves, sensor: int, wanted: int) -> None:
-    """Warn once of all runs in which AR and TOF of the wanted waves may mislead."""
-    names = ("incident", *WAVES)
+def _warn_of_doubts(
+    reading: Reading, waves: Waves | None, sensor: int, wanted: int, smallest: float, earliest: float = 0.0
+) -> None:
+    """Warn of what may mislead in the first `wanted` waves of runs, once of all; or in one signal."""
+    time = reading.time
+    if waves is None:
+        forces = {int(n): np.asarray(reading.measured(n).values) for n in reading.data.sensor.values.tolist()}
+        first = {n: found[0][1] for n, force in forces.items() if (found := waves_back(time, force, 0.5))}
+        if np.isfinite(forces[int(sensor)]).any():
+            peaks = waves_back(time, forces[int(sensor)], smallest, earliest)
+            for doubt in doubts_of_signal(time, interpolated_over_gaps(forces[int(sensor)]), peaks, sensor, first):
+                caution(doubt)
+        return
+    warn_of_ends(int(sensor), reading.beads)
     doubts = [
-        f"the {names[place]} wave {note}" if note.startswith(("has", "is")) else note
+        f"the {name} wave {note}" if note.startswith(("has", "is")) else note
         for one in waves.found
-        for place, note in [*enumerate(one.notes)][:wanted]
+        for name, note in zip(("incident", *WAVES)[:wanted], one.notes, strict=False)
         if note
     ]
     if doubts:

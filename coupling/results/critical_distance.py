@@ -9,8 +9,7 @@ import xarray as xr
 from structures.checks import each, finite, instance, positive, short
 from structures.structure import Vector
 
-FEWEST = 3
-"""Distances that make a curve."""
+FEWEST = 3  # Distances that make a curve.
 
 LABEL = "critical distance"
 
@@ -18,17 +17,11 @@ Number = float | xr.DataArray
 
 
 class CriticalDistance(NamedTuple):
-    """A critical distance and its bracket, m: the last sample outside the tolerance, and the next one.
+    """A critical distance, m, and its bracket: the last sample outside the tolerance, and the next one.
 
-    All three are NaN where there is no wave at all.
-
-    Parameters
-    ----------
-    value : float or DataArray
-        The critical distance; NaN where the far value is unknown or not reached.
-    low, high : float or DataArray
-        The ends of the bracket. If the value is NaN, low is a lower bound and high is infinite. If AR is within the
-        tolerance at all distances, value and high are the smallest of them, an upper bound, and low is 0.
+    All three are NaN where there is no wave at all. The value is NaN where the far value is unknown or not reached; low
+    is then a lower bound, and high is infinite. If AR is within the tolerance at all distances, value and high are the
+    smallest of them, an upper bound, and low is 0.
     """
 
     value: Number
@@ -66,17 +59,20 @@ def critical_distance(
 ) -> Number | CriticalDistance:
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
+    It is interpolated between the last sample outside the tolerance and the next one, and no better than this bracket,
+    because AR oscillates: on samples 10 mm apart it was up to 29 % off. `critical_distance_search` refines the bracket.
+
     Parameters
     ----------
     ratio : DataArray
-        Amplitude ratios AR over "distance" (m; or over the only dimension), and over any others. NaN is unknown: no
-        wave came within the record. Where that means AR = 0, pass ``ratio.fillna(0.0)``.
+        AR over "distance" (m; or over the only dimension), and over any others. NaN is unknown: no wave came within the
+        record. Where that means AR = 0, pass ``ratio.fillna(0.0)``.
     tolerance : float
         How far AR may be from its far value: in units of the incident amplitude, or with `relative` of the far value.
     relative : bool
         Whether the tolerance is relative to the far value.
     bracket : bool
-        Whether to return the bracket as well.
+        Whether to return a CriticalDistance, the value and its bracket.
     far : float or DataArray, optional
         The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
         greatest distance, where on a finite plate the other edges are near.
@@ -84,10 +80,7 @@ def critical_distance(
     Returns
     -------
     float, DataArray or CriticalDistance
-        A float for one curve, else a DataArray; with `bracket` a tuple (value, low, high) of them. The value is
-        interpolated between the last sample outside the tolerance, `low`, and the next one, `high`. It is no better
-        than this bracket, because AR oscillates: on samples 10 mm apart it was up to 29 % off.
-        `critical_distance_search` refines the bracket.
+        A float for one curve, else a DataArray.
 
     Raises
     ------
@@ -103,29 +96,27 @@ def critical_distance(
     >>> import hertzlink as hl
     >>> import xarray as xr
     >>> ratio = xr.DataArray([0.9, 0.6, 0.5, 0.5], dims="distance", coords={"distance": [0.01, 0.02, 0.03, 0.1]})
-    >>> found = hl.critical_distance(ratio, tolerance=0.05, bracket=True)
-    >>> print(f"{found.value:.4f} m, between {found.low} m and {found.high} m")
-    0.0250 m, between 0.02 m and 0.03 m
+    >>> print(f"{hl.critical_distance(ratio, tolerance=0.05):.4f} m")
+    0.0250 m
     """
     positive("tolerance", tolerance)
     instance("relative", relative, bool, "True or False")
     instance("bracket", bracket, bool, "True or False")
     instance("ratio", ratio, xr.DataArray, "a DataArray of amplitude ratios over distances")
     dimension = "distance" if "distance" in ratio.dims else str(next(iter(ratio.dims), ""))
-    if ratio.sizes.get(dimension, 0) < FEWEST:
-        raise ValueError(f"ratio: must hold three distances or more, not {ratio.sizes.get(dimension, 0)}")
-    if ratio.dtype.kind not in "fiu":
-        raise ValueError(f"ratio: must hold real numbers, not {ratio.dtype}")
+    if ratio.sizes.get(dimension, 0) < FEWEST or ratio.dtype.kind not in "fiu":
+        count = ratio.sizes.get(dimension, 0)
+        raise ValueError(f"ratio: must hold real numbers at three distances or more, not {ratio.dtype} at {count}")
     ordered = ratio.sortby(dimension)
-    if isinstance(far, xr.DataArray):
-        each(finite, "far", far.values)
-    else:
-        far = xr.DataArray(np.nan if far is None else finite("far", far))
     distances = ordered[dimension].values
     if distances.dtype.kind not in "fiu" or not np.isfinite(distances).all() or distances[0] < 0.0:
         raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
     if (np.diff(distances) <= 0.0).any():
         raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
+    if isinstance(far, xr.DataArray):
+        each(finite, "far", far.values)
+    else:
+        far = xr.DataArray(nan if far is None else finite("far", far))
     results = xr.apply_ufunc(
         lambda curve, level: last_crossing(distances.astype(float), curve, tolerance, relative, level),
         ordered,

@@ -11,8 +11,8 @@ from structures.checks import positive
 from structures.structure import Vector
 from structures.units import readable
 
+# Gaps and contacts below this part of the greatest approach are not reported: rounding makes them at rest.
 SMALLEST_GAP = 1e-3
-"""Gaps and contacts below this part of the greatest approach are not reported: rounding makes them at rest."""
 
 
 def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Dataset:
@@ -50,14 +50,12 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
-    >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=4e-4)
-    >>> events = hl.contact_events(run)
+    >>> events = hl.contact_events(hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=4e-4))
     >>> print(f"{1e6 * float(events.time[events.kind == 'opens'][0]):.0f} µs")
     253 µs
     """
     _, force, static = contact_forces(run)
-    level = positive("smallest", smallest)
-    if level >= 1.0:
+    if not (level := positive("smallest", smallest)) < 1.0:
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the greatest approach")
     reading = Reading(run)
     reading.check_holds(["gap", "interface_impulse"], "CoSimulation")
@@ -77,16 +75,12 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
                 f"save_every: interface {k} closes and opens again between saved times, first after "
                 f"t = {readable(float(time[hidden[0]]), 's', 4)}; save the run more often"
             )
-    events.sort()
-    interfaces = np.array([k for _, _, k in events], dtype=int)
-    variables = {
-        "kind": ("event", np.array([kind for _, kind, _ in events], dtype=str)),
-        "interface": ("event", interfaces),
-    }
+    times, kinds, places = zip(*sorted(events), strict=True) if events else ((), (), ())
+    interfaces = np.array(places, dtype=int)
+    variables = {"kind": ("event", np.array(kinds, dtype=str)), "interface": ("event", interfaces)}
     if "interface" in run.dims:
         variables |= {name: ("event", run[f"interface_{name}"].values[interfaces]) for name in Contact._fields}
-    times = np.array([at for at, _, _ in events], dtype=float)
-    return xr.Dataset(variables, {"time": ("event", times, {"units": "s"})}, run.attrs)
+    return xr.Dataset(variables, {"time": ("event", np.array(times, dtype=float), {"units": "s"})}, run.attrs)
 
 
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:

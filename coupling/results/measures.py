@@ -5,9 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.results.ar_and_tof import traces_of
-from coupling.results.reading import Reading, force_of_last, number_or_array
-from coupling.results.wave_finder import FIRST_WAVE, find_waves, placed
+from coupling.results.reading import Reading, at_end, number_or_array
 from structures.checks import positive
 from structures.structure import Vector
 
@@ -49,63 +47,10 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     if reading.is_signal:
         force = reading.measured(sensor)
     else:
-        above, below = reading.contact_pair(sensor)
+        number, dynamic = reading.checked_sensor(sensor), reading.dynamic_force()
+        above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
         force = 0.5 * (above + below)
     return force.assign_attrs(units="N", long_name=f"force at bead {int(sensor)}")
-
-
-def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArray:
-    """Return the ratio β of the greatest contact force to the greatest bead-centre force of the incident wave.
-
-    A gauge in the bead measures the force at its centre. That force times β plus the preload is the contact force F_m
-    of the theory. β = 1.414 for equal spheres without preload, five beads or more from both ends.
-
-    Parameters
-    ----------
-    run : Dataset
-        A run, a sweep or a batch.
-    sensor : int
-        Number of the bead, 1 to N from the struck end.
-
-    Returns
-    -------
-    float or DataArray
-        β, a float for a run and an array over the axes of a sweep; NaN without an incident wave.
-
-    Raises
-    ------
-    ValueError
-        If the Dataset is a signal, or does not hold that bead.
-
-    References
-    ----------
-    Thesis, equation 3.2.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
-    >>> run = hl.CoSimulation(chain, None).run(until=4e-4)
-    >>> print(f"{hl.contact_to_sensor_ratio(run, sensor=8):.2f}")
-    1.42
-    """
-    reading = Reading(run)
-    reading.check_holds(("velocity",), "a run with velocities")
-    traces, template = traces_of(reading, sensor)
-    waves, ratio = find_waves(reading.time, traces, FIRST_WAVE, 1), np.full(len(traces.wall), np.nan)
-    for number, (found, above, below) in enumerate(zip(waves.found, traces.above, traces.below, strict=True)):
-        if not found.samples:
-            continue
-        # Both contacts reach their peaks while the bead still has half of its greatest force.
-        force, peak = 0.5 * (above + below), found.samples[0]
-        low = np.flatnonzero(force < 0.5 * force[peak])
-        begin, end = low[low < peak].max(initial=0), low[low > peak].min(initial=force.size)
-        contacts = np.stack([above, below])
-        peaks = begin + contacts[:, begin:end].argmax(axis=1)
-        ratio[number] = placed(reading.time, contacts, np.arange(2), peaks)[0].max() / waves.amplitude[number, 0]
-    result = xr.DataArray(ratio[0]) if template is None else template.copy(data=ratio.reshape(template.shape))
-    return number_or_array(result, "1", f"contact force / bead-centre force, bead {int(sensor)}")
 
 
 def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
@@ -144,7 +89,7 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     time = run.time.values
 
     def one(forces: Vector) -> float:
-        force = force_of_last(forces)
+        force = at_end(forces)
         level = threshold * force.max()
         above = force > level
         start = int(above.argmax())
@@ -198,7 +143,7 @@ def energies(run: xr.Dataset) -> dict[str, Any]:
     """Return the parts of the total energy over time, J, as `energy_error` sums them; driven: the work put in, < 0."""
     reading = Reading(run)
     reading.dynamic_force()
-    reading.check_whole()
+    reading.check_whole("chain", "structure")
     reading.check_holds(("kinetic_energy", "structure_work"))
     lost = run.structure_dissipated_energy.where(run.structure_energy.notnull(), 0.0)
     parts = {name: run[name] for name in ("kinetic_energy", "contact_energy", "dissipated_energy")}

@@ -10,31 +10,23 @@ from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
-PUSH = 3.0
-"""Hops that a push on a structure lasts, until it is known."""
-
-RECORD = "the record "
-"""With these words a reason begins that a longer record removes."""
-
-TAIL = 0.01
-"""A push on the structure ends where it falls below this part of its greatest force."""
-
-UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
-"""What `until_of` returns; its group is the time in words."""
+RECORD = "the record "  # With these words a reason begins that a longer record removes.
+PUSH = 3.0  # Hops that a push on a structure lasts, until it is known.
+TAIL = 0.01  # A push on the structure ends where it falls below this part of its greatest force.
+UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")  # What `until_of` returns; its group is the time in words.
 
 
 def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
     """Warn where a bead is fewer than WAVE_LENGTH beads from an end of a chain; chains: the number of beads of each."""
     beads = min(beads for beads in chains if beads >= sensor)
+    cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
+    if beads <= 2 * WAVE_LENGTH:
+        cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
     for distance, end in ((sensor - 1, "struck end"), (beads - sensor, "structure")):
         if distance < WAVE_LENGTH:
-            cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
-            if beads <= 2 * WAVE_LENGTH:
-                cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
-            where = f"{count_of(distance, 'bead')} from" if distance else "the bead at"
             caution(
-                f"sensor = {sensor}: is {where} the {end}; within {WAVE_LENGTH} beads of it, the length of a wave, "
-                f"incident and reflected waves merge, which falsifies AR and TOF; {cure}"
+                f"sensor = {sensor}: is {_from_end(distance)} the {end}; within {WAVE_LENGTH} beads of it, the length "
+                f"of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
             )
 
 
@@ -42,7 +34,7 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int, hops: 
     """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
     NaN where neither is known. hops: contacts from the bead to the structure."""
     ends, slowest = float(time[-1]), smallest ** (-1.0 / 6.0)
-    hop, leaves = found.travel / hops, found.leaves
+    hop, leaves, where = found.travel / hops, found.leaves, f"bead {sensor}"
     if not isfinite(leaves) and found.samples:
         there = float(time[found.samples[0]]) + 2.0 * found.travel
         if there < ends:
@@ -50,19 +42,22 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int, hops: 
         leaves = there + PUSH * hop
     if found.cut:
         needed = ends + WAVE_LENGTH * slowest * hop
-        return cut_record(ends, needed, f"bead {sensor}"), needed
-    needed = leaves + slowest * found.travel + 3.0 * hop
-    if len(found.samples) < 2 and needed > ends:
-        return short_record(ends, needed, f"bead {sensor}"), needed
+        return cut_record(ends, where, needed), needed
     if len(found.samples) > 1:
         return "", nan
+    needed = leaves + slowest * found.travel + 3.0 * hop
+    if needed > ends:
+        return short_record(ends, needed, where), needed
     if hops <= WAVE_LENGTH:
-        near = f"{count_of(hops - 1, 'bead')} from" if hops > 1 else "the bead at"
-        return f"bead {sensor} is {near} the structure, where incident and reflected waves merge", nan
+        return f"{where} is {_from_end(hops - 1)} the structure, where incident and reflected waves merge", nan
     return (
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
         f"record, {readable(ends, 's', 4)}: the structure took it, or it is weaker"
     ), nan
+
+
+def _from_end(distance: int) -> str:
+    return f"{count_of(distance, 'bead')} from" if distance else "the bead at"
 
 
 def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> float:
@@ -94,7 +89,7 @@ def short_record(ends: float, needed: float, where: str) -> str:
     return f"{RECORD}ends at {readable(ends, 's', 4)}, {early}"
 
 
-def cut_record(ends: float, needed: float, where: str) -> str:
+def cut_record(ends: float, where: str, needed: float = nan) -> str:
     """Return the sentence for a record that ends within a wave; needed: NaN for a signal."""
     cure = f"{until_of(needed)} would hold it" if isfinite(needed) else "record longer"
     return f"{RECORD}ends at {readable(ends, 's', 4)}, within a wave that comes back to {where}; {cure}"

@@ -13,14 +13,9 @@ from structures.checks import LONGEST_VALUE_TEXT, count_of
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
-MOST_BEADS = 1_000_000
-"""Of a chain in a file."""
-
-DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")
-"""What stands for long lists of numbers."""
-
-BEFORE = 15
-"""Letters that a message shows before the first difference of two long texts."""
+MOST_BEADS = 1_000_000  # Of a chain in a file.
+DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")  # What stands for long lists of numbers.
+BEFORE = 15  # Letters that a message shows before the first difference of two long texts.
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 

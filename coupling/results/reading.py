@@ -17,14 +17,14 @@ from structures.caution import caution
 from structures.checks import instance, whole
 from structures.structure import Vector
 
+# What makes a Dataset of more than sensors.
 ALL_KEPT = "by CoSimulation.run without sensors, which keeps everything"
-"""What makes a Dataset of more than sensors."""
 
 
 class Reading:
     """A run, sweep, batch or signal: its kind, chains, contacts, forces and sensors.
 
-    given: the Dataset; what: how an error describes the Dataset that is wanted. Raises ValueError for other objects.
+    what: how an error describes the Dataset that is wanted. Raises ValueError for other objects.
     """
 
     def __init__(self, run: object, what: str = "the Dataset of a run, a sweep or a signal") -> None:
@@ -49,6 +49,15 @@ class Reading:
     def time(self) -> Vector:
         """The saved times, s."""
         return np.asarray(self.data.variables["time"].values)
+
+    @cached_property
+    def _there(self) -> NDArray[np.bool_]:
+        """True if a chain has a contact, chains × contacts; one row where there is one chain."""
+        static = self.data.variables["static_force"]
+        axes = [axis for axis in ("chain", "contact") if axis in static.dims]
+        values = static.transpose(..., *axes).values
+        there: NDArray[np.bool_] = np.atleast_2d(~np.isnan(values).all(axis=tuple(range(values.ndim - len(axes)))))
+        return there
 
     @cached_property
     def beads(self) -> list[int]:
@@ -88,25 +97,18 @@ class Reading:
         above.attrs = {}
         return above
 
-    def contact_pair(self, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
-        """Return the forces of a bead's two contacts above the preload, N, the struck side first."""
-        number = self.checked_sensor(sensor)
-        dynamic = self.dynamic_force()
-        above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
-        return above, below
-
     def checked_sensor(self, sensor: int, name: str = "sensor") -> int:
         """Return the number of a bead whose two contacts are held, or raise a ValueError; warn of shorter chains."""
         self.check_holds(("contact_force",), "a run or a sweep")
-        number = whole(name, sensor)
-        if not {number, number + 1} <= self.kept:
-            beads = max(self.kept, default=0) - 1
-            if beads < 1 or len(self.kept) < 2:
-                raise ValueError("run: must hold the forces of both contacts of a sensor's bead")
-            if len(self.whole_beads) < (max(self.beads) if self.at_sensors else beads):
-                beads_kept = ", ".join(map(str, self.whole_beads))
-                raise ValueError(f"{name} = {sensor!r}: was not kept; must be one of {beads_kept}")
-            raise ValueError(f"{name} = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
+        number, whole_beads = whole(name, sensor), self.whole_beads
+        if not whole_beads:
+            raise ValueError("run: must hold the forces of both contacts of a sensor's bead")
+        if number not in whole_beads:
+            beads = max(self.beads) if self.at_sensors else max(self.kept) - 1
+            must = f"must be a bead from 1 to {beads}, counted from the struck end"
+            if len(whole_beads) < beads:
+                must = f"was not kept; must be one of {', '.join(map(str, whole_beads))}"
+            raise ValueError(f"{name} = {sensor!r}: {must}")
         there = self._there[:, self.data.variables["contact"].values == number + 1].any(axis=1)
         if not there.all():
             shorter = ", ".join(map(str, np.atleast_1d(self.data.chain.values)[~there]))
@@ -115,8 +117,7 @@ class Reading:
 
     def measured(self, sensor: int, name: str = "sensor") -> xr.DataArray:
         """Return the force at a sensor of a signal, N; raise a ValueError for one that was not measured."""
-        number = whole(name, sensor)
-        sensors = self.data.sensor.values.tolist()
+        number, sensors = whole(name, sensor), self.data.sensor.values.tolist()
         if number not in sensors:
             raise ValueError(f"{name} = {sensor!r}: must be one that was measured: {', '.join(map(str, sensors))}")
         force: xr.DataArray = self.data.sensor_force.sel(sensor=number).reset_coords(drop=True)
@@ -158,7 +159,7 @@ class Reading:
     def check_whole(self, *names: str) -> None:
         """Raise a ValueError where some of several chains or structures were removed. names: "chain", "structure" or
         both."""
-        for name in names or ("chain", "structure"):
+        for name in names:
             column = f"interface_{name}"
             count = 1 + int(self.data[column].max()) if column in self.data.coords else 1
             if name in self.data.coords and self.data[name].size < count:
@@ -166,34 +167,12 @@ class Reading:
                     f"run: holds {self.data[name].size} of its {count} {name}s; give the whole run, with all of them"
                 )
 
-    @cached_property
-    def _there(self) -> NDArray[np.bool_]:
-        """True if a chain has a contact, chains × contacts; one row where there is one chain."""
-        static = self.data.variables["static_force"]
-        axes = [axis for axis in ("chain", "contact") if axis in static.dims]
-        values = static.transpose(..., *axes).values
-        there: NDArray[np.bool_] = np.atleast_2d(~np.isnan(values).all(axis=tuple(range(values.ndim - len(axes)))))
-        return there
 
-
-def without_padding(force: Vector) -> Vector:
-    """Return the forces of contacts along a chain, contacts × time, without rows of NaN that pad a shorter chain."""
-    recorded: Vector = force[~np.isnan(force).all(axis=1)]
-    return recorded
-
-
-def force_of_last(force: Vector) -> Vector:
-    """Return the force of the last contact that a chain has, contacts × time; NaN of a run that failed."""
-    recorded = without_padding(force)
-    last: Vector = recorded[-1] if len(recorded) else force[-1]
-    return last
-
-
-def at_end(values: xr.DataArray, end: int = LAST) -> Vector:
-    """Return of a variable over the contacts of one chain the values at its last contact, or at the first."""
-    forces = values.transpose("contact", ...).values
-    rows = without_padding(forces.reshape(len(forces), -1))
-    return np.asarray(rows[-1 if end == LAST else 0].reshape(forces.shape[1:]))
+def at_end(force: Vector, end: int = LAST) -> Vector:
+    """Return what the last contact of a chain has, or the first, of contacts × times; NaN of a run that failed."""
+    # Rows of NaN pad a shorter chain.
+    recorded = force[~np.isnan(force.reshape(len(force), -1)).all(axis=1)]
+    return np.asarray((recorded if len(recorded) else force)[-1 if end == LAST else 0])
 
 
 def number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.DataArray:
@@ -240,7 +219,8 @@ def contact_forces(run: object) -> ContactForces:
     reading.check_whole("chain")
 
     def at(values: xr.DataArray, contact: Contact) -> Vector:
-        return at_end(values.isel(chain=contact.chain) if "chain" in values.dims else values, contact.end)
+        own = values.isel(chain=contact.chain) if "chain" in values.dims else values
+        return at_end(own.transpose("contact", ...).values, contact.end)
 
     force, static = reading.data.contact_force, reading.data.static_force
     forces = np.stack([at(force, contact) for contact in reading.contacts], axis=-1)

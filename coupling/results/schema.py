@@ -13,11 +13,8 @@ import xarray as xr
 
 from structures.quantities import Likely
 
-LAST, FIRST = 0, 1
-"""The two ends of a chain: that of the last bead, and the struck end."""
-
-END_NAMES = ("last bead", "first bead")
-"""What a result calls them."""
+LAST, FIRST = 0, 1  # The two ends of a chain: that of the last bead, and the struck end.
+END_NAMES = ("last bead", "first bead")  # What a result calls them.
 
 
 class Contact(NamedTuple):
@@ -97,11 +94,10 @@ COORDINATES = (
     "impact_energy", *(f"interface_{name}" for name in Contact._fields),
 )  # fmt: skip
 
+# Names that every run uses for itself: no axis of a sweep may have one of them.
 OF_RUNS = frozenset({*COORDINATES, *VARIABLES} - {"sensor", "sensor_force"})
-"""Names that every run uses for itself: no axis of a sweep may have one of them."""
-
+# Kinds of Datasets: of one run, of measured forces, of `batch`, of runs over other axes, and of bodies in motion.
 RUN, SIGNAL, BATCH, SWEEP, MOTION = "run", "signal", "batch", "sweep", "motion"
-"""Kinds of Datasets: of one run, of measured forces, of `batch`, of runs over other axes, and of bodies in motion."""
 
 
 def kind_of(data: xr.Dataset) -> str:

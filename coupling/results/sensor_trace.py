@@ -10,28 +10,19 @@ from structures.checks import count_of
 from structures.structure import Vector
 from structures.user_arrays import in_si_units
 
-FEWEST_SAMPLES = 16
-"""A trace with fewer samples holds no pulse that could be measured."""
-
+FEWEST_SAMPLES = 16  # A trace with fewer samples holds no pulse that could be measured.
+# A trace is first smoothed until its noise is this part of its range: then half heights are crossed once.
 ROUGH_NOISE = 0.02
-"""A trace is first smoothed until its noise is this part of its range: then half heights are crossed once."""
-
+# Standard deviation of the Gaussian that waves are looked for with, in widths of the narrowest large pulse.
 SMOOTHING = 1.0 / 8.0
-"""Standard deviation of the Gaussian that waves are looked for with, in widths of the narrowest large pulse."""
-
+# A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise, where
+# the greatest of 10 000 noises rises by 7.8 from valley to peak.
 LARGE = 0.2
-"""A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise, where
-the greatest of 10 000 noises rises by 7.8 from valley to peak."""
-
-WIDE = 64.0
-"""Standard deviation of a Gaussian, in samples, beyond which Fourier transforms are faster than sums."""
-
-REVERSED = 2.0
-"""Pulses are negative if the deepest valley is this many times the highest peak."""
-
+WIDE = 64.0  # Standard deviation of a Gaussian, in samples, beyond which Fourier transforms are faster than sums.
+REVERSED = 2.0  # Pulses are negative if the deepest valley is this many times the highest peak.
+# A level is clipped if more than this part of the samples near it are exactly on it, of a parabola it is a third; and
+# how many these are at the least.
 FLAT, FEWEST_CLIPPED = 0.5, 3
-"""A level is clipped if more than this part of the samples near it are exactly on it, of a parabola it is a third; and
-how many these are at the least."""
 
 
 def checked_trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:

@@ -14,45 +14,30 @@ from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
-ORDER = 4
-"""The top of a pulse is fitted by a polynomial of this order."""
-
+ORDER = 4  # The top of a pulse is fitted by a polynomial of this order.
+# A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
+# step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5.
 CLEAR = 8.0
-"""A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
-step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5."""
-
+# And it is higher by this factor than what the force swings below zero before the waves: beads do not pull, so that
+# is hum, whose crests are as high as its troughs are deep.
 SWING = 1.5
-"""And it is higher by this factor than what the force swings below zero before the waves: beads do not pull, so that is
-hum, whose crests are as high as its troughs are deep."""
-
+# It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
+# the least two samples on either side: a cubic spline through a run's samples reads no more.
 REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
-"""It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
-the least two samples on either side: a cubic spline through a run's samples reads no more."""
-
+# A signal's first wave back may be the incident one's tail where a later one is stronger by this factor: in 28 chains
+# drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others.
 TAIL = 1.5
-"""A signal's first wave back may be the incident one's tail where a later one is stronger by this factor: in 28 chains
-drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others."""
-
+# A record begins within a wave if its first sample exceeds this part of the greatest one, and soon falls.
 BEGINS = 0.05
-"""A record begins within a wave if its first sample exceeds this part of the greatest one, and soon falls."""
-
+# Part of the incident wave's force by which the zero may be off without a warning: AR is then off by as much.
 OFF = 0.02
-"""Part of the incident wave's force by which the zero may be off without a warning: AR is then off by as much."""
-
-CERTAIN = 3.0
-"""Standard errors by which a slope or a level differs from zero: by chance in one clean record of 370."""
-
-FEWEST = 16
-"""Samples of a lead, or between two waves, from which a level is read."""
-
+CERTAIN = 3.0  # Standard errors by which a slope or a level differs from zero: by chance in one clean record of 370.
+FEWEST = 16  # Samples of a lead, or between two waves, from which a level is read.
+# A wave comes back with the incident one's energy at most, and so with about its force; this allows for two in one.
 MOST = 2.0
-"""A wave comes back with the incident one's energy at most, and so with about its force; this allows for two in one."""
-
+# A wave begins this many times as long before its peak as it rises from half its force; a Gaussian is 0.002 there.
 RISE = 3.0
-"""A wave begins this many times as long before its peak as it rises from half its force; a Gaussian is 0.002 there."""
-
-PULSE = 1.5
-"""Widths of a pulse on either side of its peak that belong to it."""
+PULSE = 1.5  # Widths of a pulse on either side of its peak that belong to it.
 
 
 def waves_back(time: Vector, force: Vector, smallest: float, earliest: float = 0.0) -> list[Peak]:

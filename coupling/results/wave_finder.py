@@ -22,39 +22,25 @@ from numpy.typing import NDArray
 
 from structures.structure import Vector
 
+# The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later.
 FIRST_WAVE = 0.05
-"""The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
-
-FRONT = 0.3
-"""A wave arrives where it exceeds this part of its greatest value."""
-
-VALLEY = 0.3
-"""Pulses are one where the power between them stays above this part of the weaker one's."""
-
-TAIL = 0.02
-"""A pulse ends where its power falls below this part of its greatest one."""
-
+FRONT = 0.3  # A wave arrives where it exceeds this part of its greatest value.
+VALLEY = 0.3  # Pulses are one where the power between them stays above this part of the weaker one's.
+TAIL = 0.02  # A pulse ends where its power falls below this part of its greatest one.
+# A wave from the structure takes at least this part of the time that F^(−1/6) predicts. In 200 random chains 99 % of
+# those that were followed contact by contact take 0.92 and more, those turned back inside the chain 0.8 and less.
 EARLIEST = 0.85
-"""A wave from the structure takes at least this part of the time that F^(−1/6) predicts. In 200 random chains 99 % of
-those that were followed contact by contact take 0.92 and more, those turned back inside the chain 0.8 and less."""
-
+# The same where contacts yield: the dents that the incident wave leaves are stiffer, and the wave that comes back
+# runs faster over them. In chains of one and of two metals on plates and half-spaces it takes 0.70 and more.
 EARLIEST_OVER_DENTS = 0.65
-"""The same where contacts yield: the dents that the incident wave leaves are stiffer, and the wave that comes back runs
-faster over them. In chains of one and of two metals on plates and half-spaces it takes 0.70 and more."""
-
-WAVE_LENGTH = 5
-"""Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733)."""
-
+WAVE_LENGTH = 5  # Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733).
+# Part by which a pulse may differ from a limit before a small change of a parameter makes it another wave.
 DOUBTFUL = 0.05
-"""Part by which a pulse may differ from a limit before a small change of a parameter makes it another wave."""
 
 ANOTHER = "; a small change may give another AR and TOF"
 
-NEAR = 4
-"""Samples on either side of a peak through which a cubic spline places it."""
-
-TOGETHER = 64
-"""Runs whose arrays are worked on at once: as many as the processor's cache holds."""
+NEAR = 4  # Samples on either side of a peak through which a cubic spline places it.
+TOGETHER = 64  # Runs whose arrays are worked on at once: as many as the processor's cache holds.
 
 Peak = tuple[float, float]
 Window = tuple[int, int]
@@ -86,16 +72,6 @@ class Waves(NamedTuple):
     arrival: Vector
     found: list["Found"]
     hops: NDArray[np.int64]
-
-    @property
-    def amplitude_ratio(self) -> Vector:
-        """AR of the reflected waves, runs × waves."""
-        return np.asarray(self.amplitude[:, 1:] / self.amplitude[:, :1])
-
-    @property
-    def time_of_flight(self) -> Vector:
-        """TOF of the reflected waves, s, runs × waves."""
-        return np.asarray(self.arrival[:, 1:] - self.arrival[:, :1])
 
 
 class Found(NamedTuple):

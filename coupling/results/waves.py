@@ -5,11 +5,11 @@ from typing import NamedTuple, NoReturn
 
 from structures.checks import html_table
 
+# What reports and tables remark of such an AR.
 ABOVE_ONE = "above 1: the beads on the two sides of the sensor differ, or the next wave is merged with it"
-"""What reports and tables remark of such an AR."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Wave:
     """A wave that passes a sensor.
 
@@ -25,21 +25,14 @@ class Wave:
     arrival: float
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(self.in_words())})"
+        return f"{type(self).__name__}({self.in_words()})"
 
-    def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self.rows())
-
-    def in_words(self) -> list[str]:
-        """Return the parts of a line."""
-        return [f"{self.amplitude:.2f} N at {1e6 * self.arrival:.2f} µs"]
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Return the rows of a table."""
-        return [("amplitude", f"{self.amplitude:.2f} N"), ("arrival", f"{1e6 * self.arrival:.2f} µs")]
+    def in_words(self) -> str:
+        """Return the wave as a line of text."""
+        return f"{self.amplitude:.2f} N at {1e6 * self.arrival:.2f} µs"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ReflectedWave(Wave):
     """A wave that came back, compared with the incident one from peak to peak. It has what a `Wave` has, and more.
 
@@ -62,18 +55,11 @@ class ReflectedWave(Wave):
     begins: str = "unknown"
     margins: tuple[float, float] | None = None
 
-    __repr__ = Wave.__repr__
-
-    def in_words(self) -> list[str]:
-        """Return the parts of a line."""
-        begins = [] if self.begins == "unknown" else [f"begins at the {self.begins}"]
+    def in_words(self) -> str:
+        """Return the wave as a line of text."""
         ratio, flight = self.texts
-        return [*super().in_words(), f"AR = {ratio}", f"TOF = {flight} µs", *begins]
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Return the rows of a table."""
-        ratio, flight = self.texts
-        return [*super().rows(), ("AR", ratio), ("TOF", f"{flight} µs"), ("begins at", self.begins)]
+        begins = "" if self.begins == "unknown" else f", begins at the {self.begins}"
+        return f"{super().in_words()}, AR = {ratio}, TOF = {flight} µs{begins}"
 
     @property
     def texts(self) -> tuple[str, str]:
@@ -113,8 +99,9 @@ class NoWave:
             raise NoWaveError(f"{name}: there is no {self.which} wave; {self.reason}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
-    def _repr_html_(self) -> str:
-        return html_table("NoWave", [(self.which, f"none; {self.reason}")])
+    def in_words(self) -> str:
+        """Return why there is none."""
+        return f"none; {self.reason}"
 
 
 class Reflections(NamedTuple):
@@ -134,10 +121,7 @@ class Reflections(NamedTuple):
 
     def in_words(self) -> dict[str, str]:
         """Return each wave in words, or why it is missing, by its name."""
-        return {
-            name: ", ".join(wave.in_words()) if isinstance(wave, Wave) else f"none; {wave.reason}"
-            for name, wave in self._asdict().items()
-        }
+        return {name: wave.in_words() for name, wave in self._asdict().items()}
 
     def _repr_html_(self) -> str:
         return html_table("Reflections", [*self.in_words().items()])

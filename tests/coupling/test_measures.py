@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from coupling.results.measures import contact_to_sensor_ratio
 from coupling.results.waves import Wave
 from coupling.signals.signals import as_signal
 
@@ -163,25 +162,6 @@ def test_contact_time_of_a_known_pulse() -> None:
     assert hl.contact_time(run) == pytest.approx(99e-6, abs=0.4e-6)
     assert np.isnan(hl.contact_time(run.isel(time=slice(None, 200))))
     assert np.isnan(hl.contact_time(run.isel(time=slice(None, 50))))
-
-
-@pytest.mark.parametrize("sensor", [12, 20])
-def test_contact_to_sensor_ratio_of_equal_spheres(sensor: int) -> None:
-    """β = 1.414 without preload (thesis, equation 3.2 as corrected), far from the ends."""
-    run = hl.CoSimulation(hl.Chain([BEAD] * 30, BEAD, 0.44), None).run(until=6e-4)
-    assert contact_to_sensor_ratio(run, sensor) == pytest.approx(1.414, abs=1e-3)
-
-
-def test_contact_to_sensor_ratio_of_known_pulses() -> None:
-    """Gaussians 8 µs apart, 12 µs wide: the peak of their mean is exp(−1/9) of theirs. A preload changes nothing."""
-    run = signal((50.0, 1e-4, 1.0), (80.0, 5e-4, -1.0), static=3.0)
-    assert contact_to_sensor_ratio(run, 1) == pytest.approx(np.exp(1.0 / 9.0), rel=1e-5)
-    assert np.isnan(contact_to_sensor_ratio(signal(), 1))
-    sweep = contact_to_sensor_ratio(xr.concat([run, signal(static=3.0)], "shot"), 1)
-    assert isinstance(sweep, xr.DataArray)
-    assert sweep.values == pytest.approx([np.exp(1.0 / 9.0), np.nan], rel=1e-5, nan_ok=True)
-    with pytest.raises(ValueError, match="run: is a measured signal"):
-        contact_to_sensor_ratio(as_signal(run.time, {1: hl.sensor_force(run, 1)}), 1)
 
 
 def test_measures_over_a_sweep() -> None:

@@ -99,7 +99,6 @@ KEPT = "run: keeps sensors only, and holds no {}; run it by CoSimulation.run wit
         (lambda: hl.energy_error(run(7)), KEPT.format("kinetic_energy and structure_work")),
         (lambda: hl.plots.energy(run(7)), KEPT.format("kinetic_energy and structure_work")),
         (lambda: hl.contact_events(run(7)), KEPT.format("surface_displacement")),
-        (lambda: hl.follow_waves(run(7, 14)), "run: keeps sensors only, and not the forces of all contacts;"),
         (lambda: hl.plots.contact_map(run(7)), "run: keeps sensors only, and not the forces of all contacts;"),
         (lambda: hl.amplitude_ratio(run(7), 3), "sensor = 3: was not kept; must be one of 7$"),
         (lambda: hl.amplitude_ratio(run(1, 2), 3), "sensor = 3: was not kept; must be one of 1, 2$"),

@@ -290,7 +290,6 @@ def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> Non
     assert hl.contact_time(one) == pytest.approx(hl.contact_time(alone), rel=1e-6, nan_ok=True)
     assert float(hl.contact_time(run)[number]) == pytest.approx(hl.contact_time(one), rel=1e-12, nan_ok=True)
     assert hl.wave_speed(one, 4, 6) == pytest.approx(hl.wave_speed(alone, 4, 6), rel=1e-6)
-    assert hl.contact_to_sensor_ratio(one, 5) == pytest.approx(hl.contact_to_sensor_ratio(alone, 5), rel=1e-6)
     assert hl.sensor_force(one, 5).values == pytest.approx(hl.sensor_force(alone, 5).values, abs=1e-5)
     for wave in ("primary", "secondary"):
         for measure in (hl.amplitude_ratio, hl.time_of_flight):
@@ -299,11 +298,6 @@ def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> Non
             assert measure(run, 4, wave)[number].item() == pytest.approx(expected, rel=1e-5, nan_ok=True)
     waves, expected_waves = hl.reflections(one, 4), hl.reflections(alone, 4)
     assert [wave and wave.begins for wave in waves[1:]] == [wave and wave.begins for wave in expected_waves[1:]]
-    found, expected_tracks = hl.follow_waves(one), hl.follow_waves(alone)
-    assert [(track.contacts, track.begins, track.ends) for track in found] == [
-        (track.contacts, track.begins, track.ends) for track in expected_tracks
-    ]
-    assert found[0].speed(one) == pytest.approx(expected_tracks[0].speed(alone), rel=1e-6)
 
 
 def test_measures_say_what_a_run_of_several_chains_lacks() -> None:
@@ -313,7 +307,7 @@ def test_measures_say_what_a_run_of_several_chains_lacks() -> None:
         (lambda: hl.reflections(run, SENSOR), r"holds several over chain; .* choose one with run\.isel\(chain=0\)"),
         (lambda: hl.wave_speed(run, 3, 5), "holds several over chain"),
         (
-            lambda: hl.follow_waves(run),
+            lambda: hl.plots.contact_map(run),
             r"run: has several chains; choose one chain with run\.isel\(chain=0\)",
         ),
         (lambda: hl.reflections(short, 7), "sensor = 7: must be a bead from 1 to 6"),
@@ -482,7 +476,7 @@ def test_a_sensor_beyond_the_shorter_of_two_chains() -> None:
     """One warning for each measure; beyond both it is refused as beyond one."""
     chains = [hl.Chain([BEAD] * count, BEAD, 0.3) for count in (4, 6)]
     run = hl.CoSimulation(chains, [None, None]).run(2e-4, save_every=1e-6)
-    for measure in (hl.amplitude_ratio, hl.time_of_flight, hl.sensor_force, hl.contact_to_sensor_ratio):
+    for measure in (hl.amplitude_ratio, hl.time_of_flight, hl.sensor_force):
         with pytest.warns(hl.HertzlinkWarning) as caught:
             found = measure(run, 5)
         warning = "sensor = 5: lies beyond the end of chain 0 of the run, whose measures are NaN"
