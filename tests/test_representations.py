@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import hertzlink as hl
-from coupling.results.waves import NoWave
+from coupling.results.waves import NoWave, Reflections
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 16, BEAD, 0.44, gravity=9.81, preload=1.5)
@@ -59,7 +59,7 @@ def test_a_notebook_shows_the_same_numbers() -> None:
 
 
 def test_text_is_escaped() -> None:
-    table = NoWave("primary", "a < b & c")._repr_html_()
+    table = Reflections(*[NoWave("primary", "a < b & c")] * 3)._repr_html_()
     assert "a &lt; b &amp; c" in table
 
 

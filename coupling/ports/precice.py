@@ -1,11 +1,11 @@
 """Chain and structure as participants of a preCICE coupling; optional: needs preCICE 3 and its bindings, pyprecice."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,9 +26,10 @@ from structures.surface import Surface
 
 DATA = {"displacement": "Displacement", "force": "Force"}
 
-DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", **DATA}
 # Default names in the configuration. The chain reads the displacement, the structure reads the force.
+CHAIN_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", **DATA}
 STRUCTURE_NAMES = {"participant": "Structure", "mesh": "Structure-Mesh", **DATA}
+
 STEPS_PER_CONTACT = 64  # Steps of the chain in a contact, where neither preCICE nor the user says how long they are.
 # A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
 # divide by its change.
@@ -36,8 +37,6 @@ ROUNDING = 1e-12
 # Limits of convergence: of the displacement (m) and of the force (N), and their relative limit. preCICE refuses
 # absolute limits of 1e-14 and less.
 STILL, WEAK, RELATIVE = 2e-14, 1e-9, 1e-9
-
-T = TypeVar("T")
 
 
 class Side(NamedTuple):
@@ -47,16 +46,6 @@ class Side(NamedTuple):
     names: Mapping[str, str]
     direction: Sequence[float] | None
     positions: Sequence[Sequence[float]] | None
-
-
-class State(NamedTuple):
-    """A chain at the end of a step; the displacement of the surface, m; the mean force of the last contact over the
-    step, and the forces of all contacts at its end, N, relative to the static ones."""
-
-    chain: ChainState
-    surface: float
-    mean_force: float
-    contact_force: Vector
 
 
 def run_in_precice(
@@ -101,27 +90,19 @@ def run_in_precice(
 
     Returns
     -------
-    xarray.Dataset
-        Of a chain, a Dataset for `reflections` and the other measures, with the work on the surface as the only energy;
+    Dataset
+        Of a chain, a run for `reflections` and other measures, with the work on the surface as the only energy;
         `evaluations` counts how often a window was tried, and `residual` is the last change of its force. Of a
         structure `surface_displacement` (m), `mean_force` (N) and `interface_work` (J).
 
     Raises
     ------
-    ImportError
-        If pyprecice is missing.
-    ValueError
-        For bad input.
-    FloatingPointError
-        If the state of a bead is no longer finite. Errors of preCICE are passed on.
-
-    References
-    ----------
-    preCICE 3 documentation, Python bindings and "coupling scheme configuration".
+    ImportError, ValueError, FloatingPointError
+        If pyprecice is missing, for bad input, and if the state of a bead is no longer finite. Errors of preCICE are
+        passed on.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 20, bead, impact_speed=0.31)
     >>> try:
@@ -132,7 +113,7 @@ def run_in_precice(
     """
     instance("body", body, Chain | Structure, "a Chain or a Structure")  # type: ignore[arg-type]
     names = {} if names is None else instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")
-    called = STRUCTURE_NAMES if isinstance(body, Structure) else DEFAULT_NAMES
+    called = STRUCTURE_NAMES if isinstance(body, Structure) else CHAIN_NAMES
     for key, name in names.items():
         one_of("names", key, called)
         instance(f"names[{key!r}]", name, str, "a name in the configuration")
@@ -149,9 +130,9 @@ def run_in_precice(
 
 def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: dict[str, Any]) -> xr.Dataset:
     """Run a chain to the end of the coupling. longest: step that it may take, s."""
-
-    def exchange(interface: Interface) -> Windows:
-        coupling, windows, most = interface.participant, Windows(first_state(moving)), longest
+    past, most = History(moving), longest
+    with _coupled(side, ("displacement", "force"), 1) as interface:
+        coupling = interface.participant
         while coupling.is_coupling_ongoing():
             # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
             coupling.requires_writing_checkpoint()
@@ -160,45 +141,42 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
                 too_long = coarse("time-window-size", left, moving.contact_time)
                 most = moving.contact_time / STEPS_PER_CONTACT if too_long else inf
             step = left / max(1, ceil(left / most * (1.0 - SAME_TIME)))
-            windows.states.append(next_state(moving, windows.states[-1], float(interface.read(step)[0]), step))
-            interface.write(np.array([windows.mean_force()]))
+            past.advance(float(interface.read(step)[0]), step)
+            interface.write(np.array([past.mean_force()]))
             coupling.advance(step)
             if coupling.requires_reading_checkpoint():
-                windows.repeat()
+                past.repeat()
             elif coupling.is_time_window_complete():
-                windows.accept()
-        return windows
+                past.accept()
 
-    windows, version = _coupled(side, ("displacement", "force"), 1, exchange)
-    states = windows.states
-    force = np.array([state.contact_force for state in states]) + moving.static_force
-    surface, times = (np.array(columns) for columns in zip(*((s.surface, s.chain.time) for s in states), strict=True))
-    mean_force, size = np.array([state.mean_force for state in states])[1:], moving.mass.size
+    chains, surfaces, mean_forces, forces = zip(*past.states, strict=True)
+    surface, times = np.array(surfaces), np.array([chain.time for chain in chains])
+    force, size = np.array(forces) + moving.static_force, moving.mass.size
     values = {
-        "displacement": (np.array([state.chain.position for state in states]) - moving.rest)[:, :size],
-        "velocity": np.array([state.chain.velocity for state in states])[:, :size],
+        "displacement": (np.array([chain.position for chain in chains]) - moving.rest)[:, :size],
+        "velocity": np.array([chain.velocity for chain in chains])[:, :size],
         "contact_force": force,
         "surface_displacement": surface,
-        "interface_work": np.cumsum([0.0, *(mean_force * np.diff(surface))]),
-        "interface_impulse": np.cumsum([0.0, *(mean_force * np.diff(times))]),
-        "evaluations": np.array(windows.evaluations, float),
-        "residual": np.array(windows.residual),
+        "interface_work": np.cumsum([0.0, *(mean_forces[1:] * np.diff(surface))]),
+        "interface_impulse": np.cumsum([0.0, *(mean_forces[1:] * np.diff(times))]),
+        "evaluations": np.array(past.evaluations, float),
+        "residual": np.array(past.residual),
     }
     coordinates = run_coordinates(times, range(size), range(size), moving.chain.centres, moving.static_force)
     inputs = {"chain": moving.chain.describe(), **inputs, "window": longest}
     variables = {name: variable(name, data) for name, data in values.items()}
-    data = xr.Dataset(variables, coordinates, provenance(inputs) | {"precice": version})
+    data = xr.Dataset(variables, coordinates, _origin(inputs))
 
     # Windows that are coarse, or took as many iterations as they may; and what is checked after every run.
-    findings = coarse("time-window-size", windows.longest, moving.contact_time)
+    findings = coarse("time-window-size", past.longest, moving.contact_time)
     text = re.sub(r"<!--.*?-->", "", side.file.read_text(encoding="utf-8", errors="replace"), flags=re.DOTALL)
     schemes = re.findall(r"<coupling-scheme:([\w-]+)([^>]*>.*?)</coupling-scheme:\1>", text, re.DOTALL)
     ours = [scheme for _, scheme in schemes if re.search(rf"[\"']{re.escape(side.names['participant'])}[\"']", scheme)]
     limits = re.findall(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"']", " ".join(ours))
     most = min(map(int, limits), default=inf)
-    if last := sum(tries >= most for tries in windows.evaluations):
+    if last := sum(tries >= most for tries in past.evaluations):
         findings.append(
-            f"max-iterations = {most}: {last} of {sum(tries > 0 for tries in windows.evaluations)} windows took them "
+            f"max-iterations = {most}: {last} of {sum(tries > 0 for tries in past.evaluations)} windows took them "
             "all and may not have converged, which preCICE accepts; raise it, or change the acceleration"
         )
     findings += check_guest(moving, force, values["interface_work"], times)
@@ -211,8 +189,7 @@ def _run_structure(structure: Structure, side: Side, inputs: dict[str, Any]) -> 
     moving = MovingStructure(structure)
     count = len(moving.surfaces)
     times, forces, places = [0.0], [np.zeros(count)], [np.zeros(count)]
-
-    def exchange(interface: Interface) -> None:
+    with _coupled(side, ("force", "displacement"), count) as interface:
         coupling, state = interface.participant, moving.start()
         while coupling.is_coupling_ongoing():
             # The state before the window is kept until the window is accepted.
@@ -228,7 +205,6 @@ def _run_structure(structure: Structure, side: Side, inputs: dict[str, Any]) -> 
                 forces.append(force)
                 places.append(np.reshape(moved, count))
 
-    _, version = _coupled(side, ("force", "displacement"), count, exchange)
     surface, force, seat = np.array(places), np.array(forces), ("time", "structure_contact")
     work = np.cumsum([0.0, *np.sum(force[1:] * np.diff(surface, axis=0), axis=1)])
     data = {
@@ -236,7 +212,7 @@ def _run_structure(structure: Structure, side: Side, inputs: dict[str, Any]) -> 
         "mean_force": (seat, force, {"units": "N", "long_name": "mean force over the window"}),
         "interface_work": ("time", work, {"units": "J", "long_name": "work on the structure"}),
     }
-    attrs = provenance({"structure": structure.origin, **inputs}) | {"precice": version}
+    attrs = _origin({"structure": structure.origin, **inputs})
     return xr.Dataset(data, {"time": ("time", times, {"units": "s"})}, attrs)
 
 
@@ -248,48 +224,57 @@ def precice_configuration(chain: Chain, surface: Surface, until: float, flexibil
     """
     window = moving_chain(chain, surface, flexibility, None).contact_time / STEPS_PER_CONTACT
     return Path(__file__).with_name("precice-config.xml").read_text("utf-8").format(
-        chain=DEFAULT_NAMES["participant"], chain_mesh=DEFAULT_NAMES["mesh"],
+        chain=CHAIN_NAMES["participant"], chain_mesh=CHAIN_NAMES["mesh"],
         structure=STRUCTURE_NAMES["participant"], structure_mesh=STRUCTURE_NAMES["mesh"], **DATA,
         STILL=STILL, WEAK=WEAK, RELATIVE=RELATIVE, until=positive("until", until, "s"), window=window,
     )  # fmt: skip
 
 
-def first_state(moving: MovingChain) -> State:
-    """Return the static equilibrium, at time zero."""
-    state = moving.start()
-    return State(state, 0.0, 0.0, _contact_force(moving, state, 0.0, 0.0))
+class State(NamedTuple):
+    """A chain at the end of a step; the displacement of the surface, m; the mean force of the last contact over the
+    step, and the forces of all contacts at its end, N, relative to the static ones."""
+
+    chain: ChainState
+    surface: float
+    mean_force: float
+    contact_force: Vector
 
 
-def next_state(moving: MovingChain, state: State, surface: float, step: float) -> State:
-    """Advance by a step, s, while the surface moves linearly to the displacement `surface`, m."""
-    chain, force = moving.advance(state.chain, (state.surface, finite("surface displacement", surface, "m")), step)
-    bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
-    if bad.any():
-        raise FloatingPointError(f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt")
-    rate = (surface - state.surface) / step
-    mean_force = force if abs(force) > ROUNDING * moving.scales[0] else 0.0
-    return State(chain, surface, mean_force, _contact_force(moving, chain, surface, rate))
-
-
-def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate: float) -> Vector:
-    force, (position, velocity, _, time, _) = np.zeros(moving.mass.size), state
-    contacts, work, places = np.arange(force.size), moving.work_space(), np.array([[surface], [rate]])
-    forces_of_chains(moving.model, position, velocity, time, *places, contacts, force, work)
-    dynamic: Vector = force - moving.static_force
-    dynamic[abs(dynamic) <= ROUNDING * moving.scales[0]] = 0.0
-    return dynamic
-
-
-class Windows:
-    """States at the ends of all accepted steps, the start first; and how each window of preCICE went.
+class History:
+    """States of a chain at the ends of all accepted steps, the start first; and how each window of preCICE went.
 
     At the end of a window, zero at that of other steps: how often the window was tried, and the residual, N, which is
     the last change of its mean force.
     """
 
-    def __init__(self, begin: State) -> None:
-        self.states, self.evaluations, self.residual = [begin], [0], [0.0]
+    def __init__(self, moving: MovingChain) -> None:
+        self.moving, start = moving, moving.start()
+        self.states = [State(start, 0.0, 0.0, self._contact_force(start, 0.0, 0.0))]
+        self.evaluations, self.residual = [0], [0.0]
         self.longest, self.first, self.tries, self.force = 0.0, 0, 1, 0.0
+
+    def advance(self, surface: float, step: float) -> None:
+        """Take a step, s, while the surface moves linearly to the displacement `surface`, m."""
+        before = self.states[-1]
+        motion = before.surface, finite("surface displacement", surface, "m")
+        chain, force = self.moving.advance(before.chain, motion, step)
+        bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
+        if bad.any():
+            raise FloatingPointError(
+                f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt"
+            )
+        mean_force = force if abs(force) > ROUNDING * self.moving.scales[0] else 0.0
+        contact_force = self._contact_force(chain, surface, (surface - before.surface) / step)
+        self.states.append(State(chain, surface, mean_force, contact_force))
+
+    def _contact_force(self, state: ChainState, surface: float, rate: float) -> Vector:
+        moving, position, velocity, time = self.moving, state.position, state.velocity, state.time
+        force = np.zeros(moving.mass.size)
+        contacts, places = np.arange(force.size), np.array([[surface], [rate]])
+        forces_of_chains(moving.model, position, velocity, time, *places, contacts, force, moving.work_space())
+        dynamic: Vector = force - moving.static_force
+        dynamic[abs(dynamic) <= ROUNDING * moving.scales[0]] = 0.0
+        return dynamic
 
     def mean_force(self) -> float:
         """Return the mean force over the window so far, N."""
@@ -319,20 +304,27 @@ class Interface:
         _, names, direction, positions = side
         self.participant, self.mesh, self.count = participant, names["mesh"], count
         self.read_name, self.written_name = (names[name] for name in data)
+
+        def vector(name: str, value: Any, size: int) -> Vector:
+            numbers = each(finite, name, np.asarray(value))
+            if numbers.shape != (size,):
+                must = f"must hold {count_of(size, 'number')}, as in the configuration"
+                raise ValueError(f"{name} = {short(value)}: {must}")
+            return numbers
+
         dimensions = participant.get_mesh_dimensions(self.mesh)
         places = np.zeros((count, dimensions))
         for k, position in enumerate(positions or ()):
-            places[k] = _vector(f"positions[{k}]", position, dimensions)
+            places[k] = vector(f"positions[{k}]", position, dimensions)
         sizes = [participant.get_data_dimensions(self.mesh, names[name]) for name in data]
         if direction is not None and max(sizes) == 1:
             raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
         if direction is None and max(sizes) > 1:
             raise ValueError(f"direction = None: must be given for data that are vectors, as {max(sizes)} numbers")
-        self.directions = [np.ones(1) if size == 1 else _vector("direction", direction, size) for size in sizes]
-        lengths = [float(np.linalg.norm(vector)) for vector in self.directions]
-        if not all(lengths):
+        directions = [np.ones(1) if size == 1 else vector("direction", direction, size) for size in sizes]
+        if not all(map(np.any, directions)):
             raise ValueError(f"direction = {short(direction)}: must not be zero")
-        self.directions = [vector / length for vector, length in zip(self.directions, lengths, strict=True)]
+        self.directions = [one / np.linalg.norm(one) for one in directions]
         self.vertices = participant.set_mesh_vertices(self.mesh, places)
 
     def read(self, step: float) -> Vector:
@@ -347,15 +339,9 @@ class Interface:
         self.participant.write_data(self.mesh, self.written_name, self.vertices, data)
 
 
-def _vector(name: str, value: Any, size: int) -> Vector:
-    numbers = each(finite, name, np.asarray(value))
-    if numbers.shape != (size,):
-        raise ValueError(f"{name} = {short(value)}: must hold {count_of(size, 'number')}, as in the configuration")
-    return numbers
-
-
-def _coupled(side: Side, data: tuple[str, str], count: int, exchange: Callable[[Interface], T]) -> tuple[T, str]:
-    """Return what an exchange of data gives, and the version of preCICE; after an error the other participant ends."""
+@contextmanager
+def _coupled(side: Side, data: tuple[str, str], count: int) -> Iterator[Interface]:
+    """Begin a coupling and end it; after an error the other participant ends, too."""
     if len(side.positions or ()) != count and (side.positions is not None or count > 1):
         raise ValueError(
             f"positions = {short(side.positions)}: must hold {count_of(count, 'position')}, one for each contact"
@@ -383,12 +369,19 @@ def _coupled(side: Side, data: tuple[str, str], count: int, exchange: Callable[[
         if participant.requires_initial_data():
             interface.write(np.zeros(count))
         participant.initialize()
-        result = exchange(interface)
+        yield interface
     except BaseException:
         with suppress(RuntimeError):  # the first error must not be hidden by another
             participant.finalize()
         raise
     participant.finalize()
+
+
+def _origin(inputs: Mapping[str, Any]) -> dict[str, str]:
+    """Return the attributes of a result: its input, and the versions of all that took part."""
+    import precice
+
     information = getattr(precice, "get_version_information", str)()
     text = information.decode() if isinstance(information, bytes) else str(information)
-    return result, f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"
+    versions = f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"
+    return provenance(inputs) | {"precice": versions}

@@ -60,7 +60,8 @@ def critical_distance(
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
     It is interpolated between the last sample outside the tolerance and the next one, and no better than this bracket,
-    because AR oscillates: on samples 10 mm apart it was up to 29 % off. `critical_distance_search` refines the bracket.
+    because AR oscillates: on samples 10 mm apart it was up to 29 % off. `critical_distance_search` refines the bracket
+    (thesis, section 6.2.2).
 
     Parameters
     ----------
@@ -82,18 +83,8 @@ def critical_distance(
     float, DataArray or CriticalDistance
         A float for one curve, else a DataArray.
 
-    Raises
-    ------
-    ValueError
-        Where ratio is no DataArray or holds fewer than three distances, or an argument is out of its range.
-
-    References
-    ----------
-    Thesis, section 6.2.2.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import xarray as xr
     >>> ratio = xr.DataArray([0.9, 0.6, 0.5, 0.5], dims="distance", coords={"distance": [0.01, 0.02, 0.03, 0.1]})
     >>> print(f"{hl.critical_distance(ratio, tolerance=0.05):.4f} m")

@@ -35,11 +35,6 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
         Over the dimension "event", in order of time: time (s), kind ("opens" or "closes") and interface; for several
         interfaces also the chain, end, structure and point of each.
 
-    Raises
-    ------
-    ValueError
-        If the Dataset is a signal, a sweep, one chain of several, or a run without gaps.
-
     Warns
     -----
     HertzlinkWarning
@@ -47,7 +42,6 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
     >>> events = hl.contact_events(hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=4e-4))

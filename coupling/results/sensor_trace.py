@@ -90,20 +90,15 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     return _blurred(values, SMOOTHING * width), left, width
 
 
-def quiet_lead(name: str, values: Vector) -> int:
+def quiet_lead(values: Vector) -> int:
     """Return how many samples at the beginning of a trace are surely quiet: half of those before it leaves its first
-    level.
-
-    Raises ValueError where they are fewer than half a pulse: the trace may begin within a wave.
-    """
+    level; 0 where they are fewer than half a pulse, because the trace may begin within a wave."""
     smooth, _, width = smoothed(values)
     first = np.median(smooth[: max(4, values.size // 100)])
     # A tenth of the range is clear of the noise that smoothing leaves, and a pulse passes it early, on its foot.
     lead = int((np.abs(smooth - first) > 0.1 * float(np.ptp(smooth))).argmax())
-    if lead < max(8.0, 0.5 * width):
-        # Of fewer than four samples, half of eight, the median is no baseline.
-        raise ValueError(f"{name}: has no quiet lead to take the baseline from, must begin before the first wave")
-    return lead // 2
+    # Of fewer than four samples, half of eight, the median is no baseline.
+    return 0 if lead < max(8.0, 0.5 * width) else lead // 2
 
 
 def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:

@@ -19,11 +19,9 @@ from structures.caution import caution
 from structures.checks import count_of, instance, positive
 from structures.structure import Vector
 
-HARMONICS = 5
-"""Mains hum is fitted with this many harmonics, the fundamental included."""
-
+HARMONICS = 5  # Mains hum is fitted with this many harmonics, the fundamental included.
+# Two standard errors of a median, in those of one sample over the root of their number: less is no offset.
 ERROR_OF_MEDIAN = 2.0 * sqrt(0.5 * pi)
-"""Two standard errors of a median, in those of one sample over the root of their number: less is no offset."""
 
 
 def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
@@ -44,11 +42,6 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
         The signal; clipped samples are NaN. The variable ``noise`` over sensor is the standard deviation of a sample,
         N. The attribute ``conditioning`` describes each step, one sentence a line.
 
-    Raises
-    ------
-    ValueError
-        If the Dataset is not one measured signal, or a sensor has fewer than 16 samples that are not clipped.
-
     Warns
     -----
     HertzlinkWarning
@@ -56,7 +49,6 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> time = np.arange(4000) * 1e-7
     >>> force = 50.0 * np.exp(-(((time - 2e-4) / 1e-5) ** 2)) + np.random.default_rng(1).normal(1.0, 0.2, time.size)
@@ -99,13 +91,14 @@ def with_noise(signal: xr.Dataset, forces: Mapping[int, Vector], noises: list[fl
 
 def _conditioned(time: Vector, force: Vector, mains: float | None) -> tuple[Vector, float, list[str], list[str]]:
     """Return a trace with NaN where it was clipped, its noise, what was done, and what may mislead."""
-    done, filled = list[str](), interpolated_over_gaps(force)
+    filled = interpolated_over_gaps(force)
     step, rough, lead = resolution(force[np.isfinite(force)]), noise_level(filled), lead_of(filled, mains)
     quiet = float(np.median(filled[:lead])) if lead else 0.0
-    clipped, texts = clipped_samples(time, force, quiet, step, rough)
-    cautions = texts if lead else ["there is no quiet lead, so the offset was left as it is", *texts]
+    clipped, cautions = clipped_samples(time, force, quiet, step, rough)
+    if not lead:
+        cautions = ["there is no quiet lead, so the offset was left as it is", *cautions]
+    rounding, done = step / sqrt(12.0), list[str]()
     hum, text = mains_hum(time, filled, lead, mains) if mains is not None else (None, "")
-    rounding = step / sqrt(12.0)
     if hum is not None:
         force, filled = force - hum, filled - hum
         done.append(f"the offset and {text}")
@@ -124,25 +117,19 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> tuple[Vect
 
 
 def lead_of(filled: Vector, mains: float | None = None) -> int:
-    """Return how many samples at the beginning are quiet but for hum; 0 for none."""
-    if mains is not None:
-        off = np.abs(filled - np.median(filled))
-        return int((off > 0.5 * off.max()).argmax()) // 2
-    try:
-        return quiet_lead("lead", filled)
-    except ValueError:
-        return 0
+    """Return how many samples at the beginning are quiet, or quiet but for hum of the mains; 0 for none."""
+    if mains is None:
+        return quiet_lead(filled)
+    off = np.abs(filled - np.median(filled))
+    return int((off > 0.5 * off.max()).argmax()) // 2
 
 
 def mains_hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vector | None, str]:
     """Return the offset and hum over the whole record, N, or None, and a text on it."""
     seconds, step = float(time[lead] - time[0]), float(time[1] - time[0])
-    name = f"mains hum of {mains:g} Hz"
+    name, lasts = f"mains hum of {mains:g} Hz", f"{1e3 * seconds:.3g} ms"
     if seconds * mains < 1.0:
-        return None, (
-            f"{name} was not removed: that needs a quiet lead of one period, {1e3 / mains:.3g} ms, and it is "
-            f"{1e3 * seconds:.3g} ms"
-        )
+        return None, f"{name} was not removed: that needs a quiet lead of one period, {1e3 / mains:.3g} ms, not {lasts}"
     orders = [k for k in range(1, HARMONICS + 1) if k * mains < 0.25 / step]
     phases = 2.0 * pi * mains * np.outer(time - time[0], orders)
     design = np.hstack([np.ones((time.size, 1)), np.cos(phases), np.sin(phases)])
@@ -151,9 +138,9 @@ def mains_hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vec
     inverse = np.linalg.pinv(design[:lead].T @ design[:lead])
     growth = sqrt(float(np.einsum("ij,jk,ik->i", design, inverse, design).max()))
     if not orders or growth > 1.0:
-        return None, f"{name} was not removed: the quiet lead, {1e3 * seconds:.3g} ms, does not determine it"
+        return None, f"{name} was not removed: the quiet lead, {lasts}, does not determine it"
     left = float((force - hum)[:lead].std())
     return hum, (
         f"{name} with {count_of(len(orders), 'harmonic')}, amplitude {np.ptp(hum) / 2.0:.3g} N, was removed (fit to "
-        f"the quiet lead, {1e3 * seconds:.3g} ms; it leaves {left:.2g} N)"
+        f"the quiet lead, {lasts}; it leaves {left:.2g} N)"
     )

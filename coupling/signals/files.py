@@ -8,15 +8,22 @@ import numpy as np
 
 from coupling.results.sensor_trace import FEWEST_SAMPLES
 from coupling.signals.heads import FORCE, TIME, WHAT, NotUnderstood, Unit, unit_named
-from coupling.signals.recordings import Recording, kind_of_file, read_recording, workbook_text
-from coupling.signals.sampling import Even, Uneven, even_sampling, segments
+from coupling.signals.recordings import (
+    MOST_CHANNELS,
+    TEXT,
+    WORKBOOK,
+    Channel,
+    Recording,
+    kind_of_file,
+    tried,
+    workbook_text,
+)
+from coupling.signals.sampling import Rows, even_sampling, segments
 from coupling.signals.text import read_text
 from structures.checks import count_of
 from structures.structure import Vector
 
 MOST_BYTES = 2_000_000_000
-
-WHOLE_VOLTS = "all values are whole numbers of V; are they a digitiser's counts? Then calibration is N per count"
 
 
 class Sampling(NamedTuple):
@@ -32,76 +39,77 @@ class Sampling(NamedTuple):
     skip: int = 0
 
 
-class Trace(NamedTuple):
-    """A channel in SI units over even times, s; NaN where a sample is missing; and what is to be said."""
-
-    time: Vector
-    values: Vector
-    unit: str
-    notes: list[str]
-
-
 def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> Recording:
-    """Return the columns of a file, or all channels where `columns` is None."""
+    """Return the columns of a text, all where `columns` is None, or the channels of a recorder's file, from 1 on."""
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path}: is larger than {MOST_BYTES:.2g} bytes; cut it")
     content = path.read_bytes()
-    kind = kind_of_file(content)
-    if kind is not None and kind[0] == "an Excel workbook":
-        kind, content = None, workbook_text(path)
-    if kind is None:
+    kind, reader = kind_of_file(content)
+    if kind in (TEXT, WORKBOOK):
+        content = workbook_text(path) if kind == WORKBOOK else content
         return read_text(path, content, columns, sampling.column, sampling.interval is None, sampling.skip)
+    if reader is None:
+        raise ValueError(
+            f"{path}: is {kind}, not a text of samples; export the trace as CSV, or read it as docs/signals.md says "
+            "and give time (s) and force (N) to hertzlink.as_signal"
+        )
     if sampling.column is not None:
         raise ValueError(f"time_column = {sampling.column}: is for text; {path} states its times, or give interval=")
-    return read_recording(path, *kind)
+    channels: list[Channel] = tried(path, kind, reader)
+    if not channels:
+        raise ValueError(f"{path}: is {kind} without arrays of {FEWEST_SAMPLES} or more numbers")
+    return Recording(kind, dict(enumerate(channels[:MOST_CHANNELS], 1)), [])
 
 
-def sampled(path: Path, recording: Recording, number: int, sampling: Sampling, name: str) -> Trace:
-    """Return a channel over even times. name: of the sensor, in messages. A ValueError names the line."""
+def sampled(
+    path: Path, recording: Recording, number: int, sampling: Sampling, name: str
+) -> tuple[Vector, Vector, str, list[str]]:
+    """Return the even times of a channel, s; its values, NaN where a sample is missing; their SI unit; and what is to
+    be said. name: of the sensor, in messages. A ValueError names the line."""
     if number not in recording.channels:
         held = ", ".join(f"{k} ({channel.name})" for k, channel in [*recording.channels.items()][:3])
         raise ValueError(f"{path}: has channels {held} …, counted from 1, and no channel {number}")
     channel = recording.channels[number]
     unit, notes = _unit(path, channel.unit, FORCE, sampling.unit, f"column {number}")
     values = unit.size * channel.values
-    if int(np.isfinite(values).sum()) < max(FEWEST_SAMPLES, 0.5 * values.size):
+    present = int(np.isfinite(values).sum())
+    if present < max(FEWEST_SAMPLES, 0.5 * values.size):
         such = f", but text such as {channel.words[0]!r}" if channel.words else ""
-        count = int(np.isfinite(values).sum())
-        raise ValueError(f"{path}: {name}: only {count} of {values.size} samples are within the scope's range{such}")
-    even = _times(path, recording, number, sampling, notes)
-    values = np.where(even.rows >= 0, values[np.maximum(even.rows, 0)], np.nan)
-    if lost := int((even.rows < 0).sum()):
-        at = int(even.rows[int((even.rows < 0).argmax()) - 1])
-        place = f"sample {at + 1}" if channel.lines is None else f"line {channel.lines[at]}"
-        notes.append(f"{count_of(lost, 'sample is', 'samples are')} lost and NaN, the first after {place}")
-    ends = np.flatnonzero(np.isfinite(values))[[0, -1]]
-    bad = ~np.isfinite(values[ends[0] : ends[1]]) & (even.rows[ends[0] : ends[1]] >= 0)
+        raise ValueError(f"{path}: {name}: only {present} of {values.size} samples are within the scope's range{such}")
+    time, rows, said = _times(path, channel, number, sampling)
+    notes += said
+    values = np.where(rows >= 0, values[np.maximum(rows, 0)], np.nan)
+    if lost := int((rows < 0).sum()):
+        before = int(rows[int((rows < 0).argmax()) - 1])
+        lost_ones = count_of(lost, "sample is", "samples are")
+        notes.append(f"{lost_ones} lost and NaN, the first after {channel.place(before)}")
+    first, last = np.flatnonzero(np.isfinite(values))[[0, -1]]
+    bad = ~np.isfinite(values[first:last]) & (rows[first:last] >= 0)
     if bad.any():
-        row = even.rows[ends[0] + int(bad.argmax())]
         words = f": {', '.join(map(repr, channel.words[:3]))}" if channel.words else ""
-        place = f"sample {row + 1}" if channel.lines is None else f"line {channel.lines[row]}"
         missing = count_of(int(bad.sum()), "sample is", "samples are")
-        notes.append(f"{name}: {missing} beyond the scope's range or missing, and NaN{words} from {place} on")
+        begins = channel.place(int(rows[first + int(bad.argmax())]))
+        notes.append(f"{name}: {missing} beyond the scope's range or missing, and NaN{words} from {begins} on")
     if unit.si == "V" and (channel.values == np.round(channel.values))[np.isfinite(channel.values)].all():
-        notes.append(f"{name}: {WHOLE_VOLTS}")
-    return Trace(even.time, values, unit.si, notes)
+        notes.append(
+            f"{name}: all values are whole numbers of V; are they a digitiser's counts? Then calibration is N per count"
+        )
+    return time, values, unit.si, notes
 
 
-def _times(path: Path, recording: Recording, number: int, sampling: Sampling, notes: list[str]) -> Even:
-    """Return the even times of a channel; what is to be said is added to the notes."""
-    channel = recording.channels[number]
+def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tuple[Vector, Rows, list[str]]:
+    """Return the even times of a channel, the row at each, -1 for none, and what is to be said."""
     count, start = channel.values.size, sampling.start
     if sampling.interval is not None:
-        return Even((start or 0.0) + sampling.interval * np.arange(count, dtype=float), np.arange(count), [])
+        return (start or 0.0) + sampling.interval * np.arange(count, dtype=float), np.arange(count), []
     if channel.time is None:
-        says = f"; its head says {recording.on_sampling!r}" if recording.on_sampling else ""
-        raise ValueError(f"{path}: holds no times of its samples{says}; give interval=, s, such as 5e-7")
+        raise ValueError(f"{path}: holds no times of its samples; give interval=, s, such as 5e-7")
     if sampling.time_unit is None and channel.time_unit is None and (np.diff(channel.time) == 1.0).all():
         raise ValueError(
             f"{path}: the times count the samples, or their unit is missing; give time_unit=, the time_column of the "
             "time, or interval=, s"
         )
-    unit, said = _unit(path, channel.time_unit, TIME, sampling.time_unit, f"the times of column {number}")
+    unit, notes = _unit(path, channel.time_unit, TIME, sampling.time_unit, f"the times of column {number}")
     time = unit.size * channel.time
     parts = segments(time)
     if sampling.segment is None and len(parts) > 1:
@@ -113,15 +121,9 @@ def _times(path: Path, recording: Recording, number: int, sampling: Sampling, no
     if sampling.segment is not None and sampling.segment > len(parts):
         raise ValueError(f"{path}: segment = {sampling.segment}: must be at most {len(parts)}, the number of segments")
     part = parts[(sampling.segment or 1) - 1]
-    try:
-        even = even_sampling(time[part])
-    except Uneven as error:
-        row = part.start + error.row
-        place = f"sample {row + 1}" if channel.lines is None else f"line {channel.lines[row]}"
-        raise ValueError(f"{path}, {place}: {error}") from None
-    notes += [*said, *even.notes]
-    shift = 0.0 if start is None else start - float(even.time[0])
-    return Even(even.time + shift, np.where(even.rows >= 0, even.rows + part.start, -1), [])
+    even, rows, said = even_sampling(time[part], lambda row: f"{path}, {channel.place(part.start + row)}")
+    shift = 0.0 if start is None else start - float(even[0])
+    return even + shift, np.where(rows >= 0, rows + part.start, -1), notes + said
 
 
 def _unit(

@@ -7,20 +7,13 @@ from typing import NamedTuple
 
 from structures.units import factor, is_unit
 
-TIME, FORCE = ("s",), ("V", "N")
-"""The SI units in which columns are read: of times, and of voltages or forces."""
-
+TIME, FORCE = ("s",), ("V", "N")  # The SI units in which columns are read: of times, and of voltages or forces.
 WHAT = {TIME: "a time, such as 's', 'ms' or 'us'", FORCE: "a voltage or a force, such as 'V', 'mV' or 'N'"}
+NEAREST = 3  # Lines directly above the samples that may name columns and units.
 
-NEAREST = 3
-"""Lines directly above the samples that may name columns and units."""
-
+# Seconds as people abbreviate and translate them; a factor beside a name or a unit, as in "t*1000 (s)".
 SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
-"""Seconds as people abbreviate and translate them."""
-
 MULTIPLIED = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
-"""A factor beside a name or a unit, as in "t*1000 (s)"."""
-
 BRACKETS = re.compile(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]")
 
 
@@ -67,7 +60,6 @@ class Head:
         self._near = [row for row in reversed(near) if len(row) == width]
         self._beside = [row for row in near if len(row) != width]
         self._entries = [[*re.split("[:=]", row[0], maxsplit=1), *row[1:]] for row in first if row]
-        self._rows = bare
 
     def name(self, column: int) -> str:
         """Return what the head calls a column, "" where it does not."""
@@ -78,29 +70,24 @@ class Head:
         """Return the unit that the head states of a column; None where it states none."""
         stated = [unit for row in self._near if (unit := stated_unit(row[column], kind, is_row_of_units(row)))][:1]
         for name, *values in self._entries:
-            if "unit" in name.lower() and values:
-                of_time = re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None
-                words = [value.strip('"() ') for value in (*values[column - 1 : column], *values)] if column else values
-                texts = [word for word in words if word and not re.fullmatch(r"[-+\d.eE]+", word)][:1]
-                if texts and of_time == (kind == TIME):
-                    text = texts[0].split(":")[-1].strip('"()[] ')
+            of_time = re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None
+            if "unit" in name.lower() and of_time == (kind == TIME):
+                words = [value.strip('"() ') for value in (values[column - 1 : column] if column else []) + values]
+                for word in [word for word in words if word and not re.fullmatch(r"[-+\d.eE]+", word)][:1]:
+                    text = word.split(":")[-1].strip('"()[] ')
                     stated.append(unit_named(text, kind) or NotUnderstood(text))
-        if not stated:
-            # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
-            for row in self._beside:
-                units = [unit for cell in row if (unit := stated_unit(cell, kind, True))]
-                others = FORCE if kind == TIME else TIME
-                if any(unit[1:] != (kind[0], 1.0) and not unit_named(unit.text, others) for unit in units):
-                    return NotUnderstood(", ".join(row))
-            return None
         if len({unit[1:] or unit for unit in stated}) > 1:
             return NotUnderstood(" and ".join(unit.text for unit in stated))
-        return stated[0]
+        if stated:
+            return stated[0]
 
-    def line_on_sampling(self) -> str:
-        """Return the line that seems to state the interval between samples."""
-        words = re.compile("interval|increment|rate|delta|xinc|resolution", re.IGNORECASE)
-        return next((", ".join(filter(None, row)) for row in self._rows if words.search(" ".join(row))), "")
+        # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
+        others = FORCE if kind == TIME else TIME
+        for row in self._beside:
+            units = [unit for cell in row if (unit := stated_unit(cell, kind, True))]
+            if any(unit[1:] != (kind[0], 1.0) and not unit_named(unit.text, others) for unit in units):
+                return NotUnderstood(", ".join(row))
+        return None
 
 
 def is_row_of_units(row: Sequence[str]) -> bool:

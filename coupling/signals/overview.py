@@ -11,12 +11,8 @@ from coupling.signals.files import Sampling, opened, sampled
 from structures.structure import Vector
 
 MAINS = (50.0, 60.0)
-
-CLEAR = 0.8
-"""A hum is one if what it leaves of the quiet lead is below this part of its standard deviation."""
-
-COLOURED = 1.5
-"""Noise is not white if the quiet lead scatters by so much more than neighbouring samples do."""
+CLEAR = 0.8  # A hum is one if what it leaves of the quiet lead is below this part of its standard deviation.
+COLOURED = 1.5  # Noise is not white if the quiet lead scatters by so much more than neighbouring samples do.
 
 
 class Look(NamedTuple):
@@ -50,30 +46,29 @@ def overview(path: Path, interval: float | None = None, segment: int | None = No
     """Return what a file holds. A ValueError that names the file where it holds no channel. interval: s."""
     sampling = Sampling(interval=interval, segment=segment)
     recording = opened(path, None, sampling)
-    looks, refused, notes = list[Look](), dict[int, str](), list[str]()
-    for column in recording.channels:
+    looks, refused, notes = list[Look](), dict[int, str](), [*recording.notes]
+    for column, channel in recording.channels.items():
         try:
-            trace = sampled(path, recording, column, sampling, f"column {column}")
+            time, values, unit, said = sampled(path, recording, column, sampling, f"column {column}")
         except ValueError as error:
             refused[column] = str(error).removeprefix(f"{path}: ")
             continue
-        notes += [note for note in (*recording.notes, *trace.notes) if note not in notes]
-        time, values = trace.time, trace.values
+        notes += said
         filled, missing = interpolated_over_gaps(values), int((~np.isfinite(values)).sum())
         step, white, lead = resolution(values[np.isfinite(values)]), noise_level(filled), lead_of(filled)
-        quiet = float(np.median(filled[:lead])) if lead else float(np.median(filled))
+        quiet = float(np.median(filled[:lead] if lead else filled))
         clipped = int(clipped_samples(time, values, quiet, step, white)[0].sum()) - missing
         noise = float(filled[:lead].std(ddof=1)) if lead > 1 else white
-        hums = []
+        hums = list[tuple[float, float, float]]()
         for mains in MAINS:
             long_lead = lead_of(filled, mains)
             hum, _ = mains_hum(time, filled, long_lead, mains)
-            if hum is not None and (filled - hum)[:long_lead].std() < CLEAR * filled[:long_lead].std():
-                hums.append((float((filled - hum)[:long_lead].std()), mains, float(np.ptp(hum) / 2.0)))
-        hum_found = min(hums)[1:] if hums else None
-        name, lasts = recording.channels[column].name, float(time[lead] - time[0])
-        sizes = (clipped, missing, step, noise, white, lasts)
-        looks.append(Look(column, name, trace.unit, time, values, *sizes, hum_found))
+            if hum is not None:
+                left, before = (float(part[:long_lead].std()) for part in (filled - hum, filled))
+                hums += [(left, mains, float(np.ptp(hum) / 2.0))] if left < CLEAR * before else []
+        found = min(hums)[1:] if hums else None
+        sizes = clipped, missing, step, noise, white, float(time[lead] - time[0])
+        looks.append(Look(column, channel.name, unit, time, values, *sizes, found))
     if not looks:
         raise ValueError(f"{path}: {next(iter(refused.values()), 'holds no channel of samples')}")
-    return Overview(recording.kind, looks, refused, notes)
+    return Overview(recording.kind, looks, refused, [*dict.fromkeys(notes)])

@@ -8,23 +8,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.results.sensor_trace import FEWEST_SAMPLES
 from coupling.signals.heads import FORCE, TIME, NotUnderstood, Unit, unit_named
 from structures.meshes.hdf5 import check_hdf5
 from structures.structure import Vector
 
 Array = NDArray[Any]
 
-FEWEST, MOST_CHANNELS = 16, 256
+MOST_CHANNELS = 256
+TEXT, WORKBOOK = "a text", "an Excel workbook"
 
+# What arrays of times are called, and numbers that state the interval between samples and the first time, s.
 TIMES = {"t", "time", "times", "timestamp", "zeit", "x"}
 INTERVALS, STARTS = {"tinterval", "interval", "dt", "increment"}, {"tstart", "start", "t0"}
-"""What arrays of times are called, and numbers that state the interval between samples and the first time, s."""
 
+# What libraries raise for damaged files.
 NOT_TO_READ = (
     *(ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError),
     zipfile.BadZipFile,
 )
-"""What libraries raise for damaged files."""
 
 
 class Channel(NamedTuple):
@@ -40,22 +42,25 @@ class Channel(NamedTuple):
     lines: NDArray[np.int64] | None = None
     words: tuple[str, ...] = ()
 
+    def place(self, row: int) -> str:
+        """Return where a sample stands in the file."""
+        return f"sample {row + 1}" if self.lines is None else f"line {self.lines[row]}"
+
 
 class Recording(NamedTuple):
-    """What a file is, its channels by their numbers, what is to be said, and what it says of the sampling."""
+    """What a file is, its channels by their numbers, and what is to be said."""
 
     kind: str
     channels: dict[int, Channel]
     notes: list[str]
-    on_sampling: str = ""
 
 
-def kind_of_file(content: bytes) -> tuple[str, Callable[[Path], list[Channel]] | None] | None:
-    """Return what a file is that is no text of samples, and what reads it, None for nothing; None for a text."""
+def kind_of_file(content: bytes) -> tuple[str, Callable[[Path], list[Channel]] | None]:
+    """Return what a file is, by its content, and what reads it: None for a text, a workbook and what is not read."""
     if content[:4] == b"PK\x03\x04":
         names = content[-100_000:]
         if b"xl/" in names:
-            return "an Excel workbook", None
+            return WORKBOOK, None
         return ("arrays of numpy (.npz)", _numpy) if b".npy" in names else ("a zip archive", None)
     for place, start, kind, reader in (
         (0, b"TDSm", "a TDMS file of LabVIEW", _tdms), (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", _matlab),
@@ -64,81 +69,70 @@ def kind_of_file(content: bytes) -> tuple[str, Callable[[Path], list[Channel]] |
     ):  # fmt: skip
         if content[place : place + len(start)] == start:
             return kind, reader
+
+    # Text has few control characters; in UTF-16 each second byte may be zero.
     head = content[:2048]
     zeros = max(head[::2].count(0), head[1::2].count(0))
     is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
     controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
-    return (
-        ("a binary file", None) if controls > 0.02 * len(head) and not (is_utf_16 and controls < 1.2 * zeros) else None
-    )
-
-
-def read_recording(path: Path, kind: str, reader: Callable[[Path], list[Channel]] | None) -> Recording:
-    """Return the channels of a file, counted from 1. A ValueError names the file and the way out."""
-    if reader is None:
-        raise ValueError(
-            f"{path}: is {kind}, not a text of samples; export the trace as CSV, or read it as docs/signals.md says "
-            "and give time (s) and force (N) to hertzlink.as_signal"
-        )
-    try:
-        channels = reader(path)
-    except ImportError as error:
-        raise ValueError(f"{path}: is {kind}; install {error.name}: pip install 'hertzlink[recorders]'") from error
-    except NOT_TO_READ as error:
-        reason = " ".join(str(error).split())[:200]
-        raise ValueError(f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV") from error
-    if not channels:
-        raise ValueError(f"{path}: is {kind} without arrays of {FEWEST} or more numbers")
-    return Recording(kind, dict(enumerate(channels[:MOST_CHANNELS], 1)), [])
+    is_text = controls <= 0.02 * len(head) or (is_utf_16 and controls < 1.2 * zeros)
+    return TEXT if is_text else "a binary file", None
 
 
 def workbook_text(path: Path) -> bytes:
     """Return the first sheet of an Excel workbook that holds samples as text with tabs."""
     import pandas as pd  # type: ignore[import-untyped]
 
-    try:
-        sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object, engine="openpyxl")
-    except ImportError as error:
-        raise ValueError(f"{path}: openpyxl reads it; install it: pip install 'hertzlink[recorders]'") from error
-    except NOT_TO_READ as error:
-        raise ValueError(f"{path}: is no Excel workbook that can be read ({error}); save it as CSV") from error
-    table = next((sheet for sheet in sheets.values() if len(sheet) >= FEWEST), None)
+    given = {"sheet_name": None, "header": None, "dtype": object, "engine": "openpyxl"}
+    sheets = tried(path, WORKBOOK, lambda file: pd.read_excel(file, **given))
+    table = next((sheet for sheet in sheets.values() if len(sheet) >= FEWEST_SAMPLES), None)
     if table is None:
-        raise ValueError(f"{path}: is an Excel workbook without a sheet of {FEWEST} or more lines")
+        raise ValueError(f"{path}: is {WORKBOOK} without a sheet of {FEWEST_SAMPLES} or more lines")
     return bytes(table.to_csv(sep="\t", header=False, index=False).encode())
+
+
+def tried(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
+    """Return what a library reads, or raise a ValueError where it is missing or the file is damaged."""
+    try:
+        return reader(path)
+    except ImportError as error:
+        raise ValueError(f"{path}: is {kind}; install what reads it: pip install 'hertzlink[recorders]'") from error
+    except NOT_TO_READ as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ValueError(f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV") from error
 
 
 def _tdms(path: Path) -> list[Channel]:
     from nptdms import TdmsFile
 
     channels, arrays, units = list[Channel](), dict[str, Array](), dict[str, str]()
-    starts = [c.properties["wf_start_time"] for g in TdmsFile.read_metadata(path).groups() for c in g.channels()
-              if "wf_start_time" in c.properties]  # fmt: skip
-    for group in TdmsFile.read(path).groups():
-        for channel in group.channels():
-            values, stated = np.asarray(channel[:]), channel.properties
-            unit = str(stated.get("unit_string", stated.get("NI_UnitDescription", "")))
-            interval = float(stated.get("wf_increment", 0.0))
-            if interval > 0.0 and values.dtype.kind in "iuf":
-                # Channels may have begun at different times.
-                began = stated.get("wf_start_time", min(starts, default=None))
-                late = 0.0 if began is None else float((began - min(starts)) / np.timedelta64(1, "s"))
-                time = late + float(stated.get("wf_start_offset", 0.0)) + interval * np.arange(values.size, dtype=float)
-                channels.append(Channel(channel.name, values.astype(float), unit_of(unit, FORCE), time))
-            else:
-                arrays[f"{group.name}/{channel.name}"], units[f"{group.name}/{channel.name}"] = values, unit
+    every = [channel for group in TdmsFile.read(path).groups() for channel in group.channels()]
+    starts = [channel.properties["wf_start_time"] for channel in every if "wf_start_time" in channel.properties]
+    for channel in every:
+        values, stated = np.asarray(channel[:]), channel.properties
+        unit = str(stated.get("unit_string", stated.get("NI_UnitDescription", "")))
+        interval = float(stated.get("wf_increment", 0.0))
+        if interval > 0.0 and values.dtype.kind in "iuf":
+            # Channels may have begun at different times.
+            began = stated.get("wf_start_time", min(starts, default=None))
+            late = 0.0 if began is None else float((began - min(starts)) / np.timedelta64(1, "s"))
+            time = late + float(stated.get("wf_start_offset", 0.0)) + interval * np.arange(values.size, dtype=float)
+            channels.append(Channel(channel.name, values.astype(float), unit_of(unit, FORCE), time))
+        else:
+            name = f"{channel.group_name}/{channel.name}"
+            arrays[name], units[name] = values, unit
     return channels + of_arrays(arrays, units)
 
 
 def _matlab(path: Path) -> list[Channel]:
     import scipy.io
 
-    return of_arrays({name: value for name, value in scipy.io.loadmat(path).items() if name[:2] != "__"}, {})
+    return of_arrays({name: value for name, value in scipy.io.loadmat(path).items() if name[:2] != "__"})
 
 
 def _numpy(path: Path) -> list[Channel]:
     with np.load(path, allow_pickle=False) as arrays:
-        return of_arrays(dict(arrays), {})
+        return of_arrays(dict(arrays))
 
 
 def _hdf5(path: Path) -> list[Channel]:
@@ -159,19 +153,19 @@ def _hdf5(path: Path) -> list[Channel]:
     return of_arrays(arrays, units)
 
 
-def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str]) -> list[Channel]:
+def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str] | None = None) -> list[Channel]:
     """Return channels of vectors, and of the columns of matrices, by name. Arrays of one folder share a time: the array
     with a name of TIMES, or numbers with names of INTERVALS and STARTS, of their own folder or of one above."""
-    vectors, numbers = dict[str, Vector](), dict[str, float]()
+    vectors, numbers, stated = dict[str, Vector](), dict[str, float](), units or {}
     for name, array in arrays.items():
         values = np.squeeze(np.asarray(array))
         if values.dtype.kind not in "iuf" or values.ndim > 2:
             continue
         if values.ndim == 0:
             numbers[name] = float(values)
-        elif values.ndim == 1 and values.size >= FEWEST:
+        elif values.ndim == 1 and values.size >= FEWEST_SAMPLES:
             vectors[name] = values.astype(float)
-        elif values.ndim == 2 and max(values.shape) >= FEWEST:
+        elif values.ndim == 2 and max(values.shape) >= FEWEST_SAMPLES:
             columns = values if values.shape[0] < values.shape[1] else values.T
             vectors |= {f"{name}[{k}]": column.astype(float) for k, column in enumerate(columns[:MOST_CHANNELS])}
 
@@ -190,11 +184,11 @@ def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str]) -> list[Cha
             continue
         time, unit = None, None
         if (named := near(vectors, TIMES, folder)) and vectors[named].size == values.size:
-            time, unit = vectors[named], unit_of(units.get(named, ""), TIME)
+            time, unit = vectors[named], unit_of(stated.get(named, ""), TIME)
         elif interval := near(numbers, INTERVALS, folder):
             start = near(numbers, STARTS, folder)
             time = (numbers[start] if start else 0.0) + numbers[interval] * np.arange(values.size, dtype=float)
-        channels.append(Channel(name, values, unit_of(units.get(name, ""), FORCE), time, unit))
+        channels.append(Channel(name, values, unit_of(stated.get(name, ""), FORCE), time, unit))
     return channels
 
 

@@ -1,57 +1,33 @@
 """Even sampling: times through the stamps of a file, lost samples, segments, and channels with times of their own."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.results.sensor_trace import FEWEST_SAMPLES
-from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
-NEAR = 0.25
-"""Stamps of samples are whole intervals apart, up to this part of one."""
-
-ROUNDED = 0.8
-"""Stamps with too few digits lie off even times by this part of their last digit."""
-
-FEW, FEW_SHARE = 20, 0.01
-"""So many samples, or this part of all, may be lost."""
-
-MENTIONED = 0.02
-"""Part of an interval by which times may lie off even ones without a word."""
+NEAR = 0.25  # Stamps of samples are whole intervals apart, up to this part of one.
+ROUNDED = 0.8  # Stamps with too few digits lie off even times by this part of their last digit.
+FEW, FEW_SHARE = 20, 0.01  # So many samples, or this part of all, may be lost.
+MENTIONED = 0.02  # Part of an interval by which times may lie off even ones without a word.
 
 UNEVEN = ": times must be evenly spaced, as one sampling rate gives them"
 
 Rows = NDArray[np.int64]
 
 
-class Even(NamedTuple):
-    """Even times, s; the row of the sample at each, -1 for one that is lost; and what is to be said."""
-
-    time: Vector
-    rows: Rows
-    notes: list[str]
-
-
-class Uneven(ValueError):
-    """Times that no sampling rate gives; row: where."""
-
-    def __init__(self, row: int, reason: str) -> None:
-        super().__init__(reason)
-        self.row = row
-
-
-def even_sampling(time: Vector) -> Even:
-    """Return the even times through stamps, s, without NaN; raises Uneven."""
+def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, Rows, list[str]]:
+    """Return the even times through stamps, s; the row of the sample at each, -1 for one that is lost; and what is to
+    be said. place: where a row stands in the file, for the ValueError of times that no sampling rate gives."""
     steps = np.diff(time)
 
-    def wrong(row: int, reason: str) -> Uneven:
+    def wrong(row: int, reason: str) -> ValueError:
         before, after = (readable(float(time[k]), "s", 9) for k in (row, row + 1))
-        return Uneven(row + 1, f"time {after} after {before}{reason}")
+        return ValueError(f"{place(row + 1)}: time {after} after {before}{reason}")
 
     if (steps < 0.0).any() or not steps.any():
         raise wrong(int((steps <= 0.0).argmax()), ", must increase")
@@ -61,33 +37,33 @@ def even_sampling(time: Vector) -> Even:
     counts = np.round(steps / usual).astype(np.int64)
     odd = (np.abs(steps - counts * usual) > NEAR * usual) | (counts < 1)
     are_few = counts.sum() - counts.size <= max(FEW, FEW_SHARE * time.size)
-    if not odd.any() and are_few:
-        places = np.concatenate([[0], np.cumsum(counts)])
-        even = np.linspace(time[0], time[-1], places[-1] + 1)
-        off = np.abs(even[places] - time)
-        if off.max() > MENTIONED * usual:
-            even = _line(places, time)
-            off = np.abs(even[places] - time)
-        if off.max() > usual:
-            raise wrong(int(off.argmax()) - 1, UNEVEN)
-        rows = np.full(even.size, -1)
-        rows[places] = np.arange(time.size)
-        little = f"times lie up to {readable(off.max(), 's', 4)} off even sampling, which is taken"
-        return Even(even, rows, [little] if off.max() > MENTIONED * usual else [])
 
-    # Too few digits: the stamps are even times that were rounded.
-    distinct = np.unique(np.round(steps, 15))
-    digit = float(min(distinct[distinct > 0.0].min(), np.diff(distinct).min(initial=np.inf)))
-    even = _line(np.arange(time.size), time)
-    is_rounded = np.abs(even - time).max() <= ROUNDED * max(digit, float(steps.mean()))
-    if not is_rounded and not are_few:
-        raise wrong(int(counts.argmax()), f": a gap; the usual step is {readable(usual, 's', 4)}")
-    if not is_rounded or (are_few and odd.mean() < MENTIONED):
+    # Too few digits: the stamps may be even times that were rounded.
+    if odd.any() or not are_few:
+        distinct = np.unique(np.round(steps, 15))
+        digit = float(min(distinct[distinct > 0.0].min(), np.diff(distinct).min(initial=np.inf)))
+        even = _line(np.arange(time.size), time)
+        is_rounded = np.abs(even - time).max() <= ROUNDED * max(digit, float(steps.mean()))
+        if is_rounded and not (are_few and odd.mean() < MENTIONED):
+            apart, digits = readable(float(even[1] - even[0]), "s", 4), readable(digit, "s", 4)
+            text = f"stamps of time resolve {digits}, and samples are {apart} apart: even sampling is taken"
+            return even, np.arange(time.size), [text]
+        if not are_few:
+            raise wrong(int(counts.argmax()), f": a gap; the usual step is {readable(usual, 's', 4)}")
         at = int(odd.argmax())
         raise wrong(at, ", must increase" if steps[at] == 0.0 else UNEVEN)
-    apart = readable(float(even[1] - even[0]), "s", 4)
-    text = f"stamps of time resolve {readable(digit, 's', 4)}, and samples are {apart} apart: even sampling is taken"
-    return Even(even, np.arange(time.size), [text])
+
+    places = np.concatenate([[0], np.cumsum(counts)])
+    even = np.linspace(time[0], time[-1], places[-1] + 1)
+    if np.abs(even[places] - time).max() > MENTIONED * usual:
+        even = _line(places, time)
+    off = np.abs(even[places] - time)
+    if off.max() > usual:
+        raise wrong(int(off.argmax()) - 1, UNEVEN)
+    rows = np.full(even.size, -1)
+    rows[places] = np.arange(time.size)
+    little = f"times lie up to {readable(off.max(), 's', 4)} off even sampling, which is taken"
+    return even, rows, [little] if off.max() > MENTIONED * usual else []
 
 
 def _line(places: Rows, time: Vector) -> Vector:
@@ -131,14 +107,7 @@ def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple
         else:
             values[sensor] = np.interp(time, other, samples)
             between.append(str(sensor))
-    lines = f", of sensor {', '.join(between)} by straight lines between samples" if between else ""
-    note = (
-        f"sensors have times of their own, which begin up to {readable(max(starts) - min(starts), 's', 4)} apart; the "
-        f"{readable(float(time[-1] - time[0]), 's', 4)} that all hold are read{lines}"
-    )
+    apart, shared = (readable(float(span), "s", 4) for span in (max(starts) - min(starts), time[-1] - time[0]))
+    note = f"sensors have times of their own, which begin up to {apart} apart; the {shared} that all hold are read"
+    note += f", of sensor {', '.join(between)} by straight lines between samples" if between else ""
     return time, values, [note]
-
-
-def lost_samples(count: int) -> str:
-    """Return the number of samples that are missing, in words."""
-    return f"{count_of(count, 'sample is', 'samples are')} missing or beyond the range, and NaN"

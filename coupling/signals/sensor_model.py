@@ -42,17 +42,10 @@ class SensorModel:
     damping : float
         Of the resonance, as a part of the critical damping.
 
-    Raises
-    ------
-    ValueError
-        For a number that is not positive, a stiffness without a mass, and a model that does nothing.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
-    >>> time = np.linspace(0.0, 1e-3, 1001)
-    >>> seen = hl.SensorModel(time_constant=1e-3).response(time, np.full(1001, 10.0))
+    >>> seen = hl.SensorModel(time_constant=1e-3).response(np.linspace(0.0, 1e-3, 1001), np.full(1001, 10.0))
     >>> print(f"{seen[0]:.2f} N, {seen[-1]:.2f} N")
     10.00 N, 3.68 N
     """
@@ -70,51 +63,36 @@ class SensorModel:
         if self.time_constant is None and self.bandwidth is None and self.stiffness is None:
             raise ValueError("time_constant = None: give it, or a bandwidth, or stiffness and mass")
 
-    @property
-    def resonance(self) -> float | None:
-        """Frequency of the undamped resonance, Hz."""
-        if self.stiffness is None or self.mass is None:
-            return None
-        return float(np.sqrt(self.stiffness / self.mass)) / (2.0 * pi)
-
     def response(self, time: ArrayLike, force: ArrayLike) -> Vector:
         """Return the force that the sensor reports, N, for a force at equal time steps (s, N)."""
-        moments, signal = _pair(time, force)
-        nyquist = 0.5 / float(moments[1] - moments[0])
-        for name, frequency in (("bandwidth", self.bandwidth), ("resonance of stiffness and mass", self.resonance)):
-            if frequency is not None and frequency > nyquist:
-                raise ValueError(
-                    f"{name} = {frequency:.4g} Hz: must be at most half the sampling rate, {nyquist:.4g} Hz; leave it "
-                    "out, or sample more finely"
-                )
+        moments = checked_trace("time", time, "s")
+        signal, steps = checked_trace("force", force, "N", moments.size), np.diff(moments)
+        if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
+            raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")
+
         # Each stage has states of the size of the force, which is zero before the first sample.
-        stages = []
-        if self.resonance is not None:
-            w = 2.0 * pi * self.resonance
+        frequencies, stages = dict[str, float](), []
+        if self.stiffness is not None and self.mass is not None:
+            w = float(np.sqrt(self.stiffness / self.mass))
+            frequencies["resonance of stiffness and mass"] = w / (2.0 * pi)
             stages.append(([[0.0, w], [-w, -2.0 * self.damping * w]], [[0.0], [w]], [[1.0, 0.0]], [[0.0]]))
         if self.bandwidth is not None:
             w = 2.0 * pi * self.bandwidth
+            frequencies["bandwidth"] = self.bandwidth
             stages.append(([[-w]], [[w]], [[1.0]], [[0.0]]))
         if self.time_constant is not None:
             w = 1.0 / self.time_constant
             stages.append(([[-w]], [[w]], [[-1.0]], [[1.0]]))
+        nyquist = 0.5 / float(moments[1] - moments[0])
+        for name, frequency in frequencies.items():
+            if frequency > nyquist:
+                raise ValueError(
+                    f"{name} = {frequency:.4g} Hz: must be at most half the sampling rate, {nyquist:.4g} Hz; leave it "
+                    "out, or sample more finely"
+                )
         # In scipy the factor on the right comes first.
         system = reduce(lambda first, then: then * first, (scipy.signal.StateSpace(*stage) for stage in stages))
         return np.asarray(scipy.signal.lsim(system, signal, moments - moments[0], interp=True)[1])
-
-    def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
-        """Return the force without the loss of charge, N: the inverse of the high-pass alone (s, N)."""
-        moments, seen = _pair(time, force)
-        if self.time_constant is None:
-            raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
-        # What a linear force adds to the lost part over a step, by its two ends: v[k] = z[k] − w[k],
-        # w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
-        ratio = float(moments[1] - moments[0]) / self.time_constant
-        mean = -np.expm1(-ratio) / ratio
-        first, second = mean - np.exp(-ratio), 1.0 - mean
-        lost = np.zeros(seen.size)
-        lost[1:] = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
-        return seen + lost
 
     def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
         """Return what sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
@@ -129,10 +107,22 @@ class SensorModel:
     def correct(self, signal: xr.Dataset) -> xr.Dataset:
         """Return a measured signal without the loss of charge; remove its offset before, which would grow with time."""
         numbers = checked_signal("signal", signal).sensor.values.tolist()
-        return self._each(signal, numbers, self.corrected, "Loss of charge restored for")
+        if self.time_constant is None:
+            raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
+        # What a linear force adds to the lost part over a step, by its two ends: v[k] = z[k] − w[k],
+        # w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
+        ratio = float(signal.time[1] - signal.time[0]) / self.time_constant
+        mean = -np.expm1(-ratio) / ratio
+        first, second = mean - np.exp(-ratio), 1.0 - mean
+
+        def restored(time: Vector, seen: Vector) -> Vector:
+            lost = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
+            return np.asarray(seen + np.append(0.0, lost))
+
+        return self._each(signal, numbers, restored, "Loss of charge restored for")
 
     def _each(
-        self, signal: xr.Dataset, sensors: Iterable[int], change: Callable[[ArrayLike, ArrayLike], Vector], how: str
+        self, signal: xr.Dataset, sensors: Iterable[int], change: Callable[[Vector, Vector], Vector], how: str
     ) -> xr.Dataset:
         reading, forces = Reading(signal), dict[int, Vector]()
         for sensor in listed("sensors", sensors, object, "one bead number or more"):
@@ -147,13 +137,3 @@ class SensorModel:
         changed = as_signal(signal.time.values, forces, places)
         before = str(signal.attrs.get("conditioning", "")).splitlines()
         return changed.assign_attrs(conditioning="\n".join([*before, f"{how} {self!r}."]))
-
-
-def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
-    """Return equal time steps and a force of as many numbers, or raise a ValueError."""
-    moments = checked_trace("time", time, "s")
-    values = checked_trace("force", force, "N", moments.size)
-    steps = np.diff(moments)
-    if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
-        raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")
-    return moments, values

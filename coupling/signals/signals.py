@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -16,8 +16,9 @@ from coupling.signals.files import Sampling, opened, sampled
 from coupling.signals.heads import FORCE, TIME, WHAT, unit_named
 from coupling.signals.sampling import on_one_time
 from structures.caution import caution, collected
-from structures.checks import existing, finite, instance, not_negative, one_of, positive, short, whole
-from structures.quantities import Likely
+from structures.checks import existing, finite, instance, not_negative, one_of, short, whole
+from structures.described import checked_call
+from structures.quantities import Count, Interval, Likely, Moment, Several
 from structures.structure import Vector
 from structures.units import readable
 
@@ -47,11 +48,6 @@ def as_signal(
     Dataset
         sensor_force, N, over time and sensor.
 
-    Raises
-    ------
-    ValueError
-        For times with gaps, numbers that are not finite, units of something else, and a force that is constant.
-
     Warns
     -----
     HertzlinkWarning
@@ -59,7 +55,6 @@ def as_signal(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> time = np.linspace(0.0, 6e-4, 6001)
     >>> force = 50.0 * np.exp(-(((time - 1e-4) / 1e-5) ** 2)) + 30.0 * np.exp(-(((time - 4e-4) / 1e-5) ** 2))
@@ -85,19 +80,20 @@ def as_signal(
     return data
 
 
+@checked_call
 def read_signal(
     path: str | Path | Mapping[int, str | Path],
     sensors: Mapping[int, int],
-    time_column: int | None = None,
+    time_column: Annotated[int, Count(0)] | None = None,
     time_unit: str | None = None,
     unit: str | None = None,
     calibration: float | Mapping[int, float] | None = None,
     baseline: float | str = "lead",
     positions: Mapping[int, float] | None = None,
-    interval: float | None = None,
-    start: float | None = None,
-    segment: int | None = None,
-    skip: int = 0,
+    interval: Interval | None = None,
+    start: Moment | None = None,
+    segment: Several | None = None,
+    skip: Annotated[int, Count(0)] = 0,
 ) -> xr.Dataset:
     """Read a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
 
@@ -144,7 +140,6 @@ def read_signal(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> time = np.linspace(0.0, 6e-4, 6001)
     >>> volts = 0.5 * np.exp(-(((time - 1e-4) / 1e-5) ** 2)) + 0.3 * np.exp(-(((time - 4e-4) / 1e-5) ** 2))
@@ -160,23 +155,16 @@ def read_signal(
         )
     instance("path", path, str | Path | Mapping, "the name of a file, or {sensor: file}")  # type: ignore[arg-type]
     instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
-    if not sensors:
-        raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
     column_of = {whole("sensor", sensor): whole(f"sensors[{sensor}]", column, 0) for sensor, column in sensors.items()}
+    if not column_of or time_column in column_of.values():
+        problem = f"column {time_column} is the time column" if column_of else "must name a sensor, such as {7: 1}"
+        raise ValueError(f"sensors = {dict(sensors)!r}: {problem}")
     for name, text, kind in (("time_unit", time_unit, TIME), ("unit", unit, FORCE)):
-        if text is not None and (not isinstance(text, str) or unit_named(text, kind) is None):
+        if text is not None and unit_named(text, kind) is None:
             raise ValueError(f"{name} = {short(text)}: must be a unit of {WHAT[kind]}")
     if interval is not None and time_column is not None:
         raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
-    sampling = Sampling(
-        None if time_column is None else whole("time_column", time_column, 0), time_unit, unit,
-        None if interval is None else positive("interval", interval, "s"),
-        None if start is None else finite("start", start, "s"),
-        None if segment is None else whole("segment", segment),
-        whole("skip", skip, 0),
-    )  # fmt: skip
-    if sampling.column in column_of.values():
-        raise ValueError(f"sensors = {dict(sensors)!r}: column {sampling.column} is the time column")
+    sampling = Sampling(time_column, time_unit, unit, interval, start, segment, skip)
     files = dict.fromkeys(column_of, path) if isinstance(path, str | Path) else dict(path)
     if files.keys() != column_of.keys():
         raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
@@ -185,46 +173,53 @@ def read_signal(
     if len({(str(files[sensor]), column) for sensor, column in column_of.items()}) < len(column_of):
         raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
 
-    # The channels of each file, evenly sampled; then those of all files over one time, in N.
     where = ", ".join(dict.fromkeys(map(str, files.values())))
-    pieces, units, notes = {}, {}, list[str]()
-    for file in dict.fromkeys(files.values()):
-        place = existing(f"path = {str(file)!r}", Path(file))
-        its = [sensor for sensor in column_of if files[sensor] == file]
-        recording = opened(place, [column_of[sensor] for sensor in its], sampling)
-        for sensor in its:
-            trace = sampled(place, recording, column_of[sensor], sampling, f"sensor {sensor}")
-            pieces[sensor], units[sensor] = (trace.time, trace.values), trace.unit
-            notes += [f"{file}: {note}" for note in (*recording.notes, *trace.notes) if f"{file}: {note}" not in notes]
-    time, columns, said = on_one_time(where, pieces)
-    present = np.asarray(np.isfinite(np.stack([*columns.values()])).any(axis=0))
-    first, last = int(present.argmax()), present.size - int(present[::-1].argmax())
-    if ends := [f"the {end} {n}" for end, n in (("first", first), ("last", present.size - last)) if n]:
-        said.append(f"samples without values, {' and '.join(ends)}, were left out")
-    rows = {sensor: _newtons(units[sensor], calibration, sensor) * columns[sensor][first:last] for sensor in column_of}
+    time, columns, units, notes = _read(files, column_of, sampling, where)
+    for sensor, unit_read in units.items():
+        factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
+        if unit_read == "N" and calibration is not None:
+            raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
+        if unit_read != "N":
+            if factor is None or finite("calibration", factor, "N/V") == 0.0:
+                must = f"must give κ for sensor {sensor}, a number of N/V, not zero"
+                raise ValueError(f"calibration = {calibration!r}: {must}")
+            columns[sensor] = factor * columns[sensor]
     names = str(path) if isinstance(path, str | Path) else {n: str(file) for n, file in files.items()}
     inputs = {
         "signal": names, "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
         "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
         "skip": skip, "units_of_columns": units,
     }  # fmt: skip
-    data = _dataset(time[first:last], rows, positions, baseline, inputs, f"{where}: ")
-    notes += [f"{where}: {note}" for note in (*said, *_doubts(data, "give a negative calibration"))]
+    data = _dataset(time, columns, positions, baseline, inputs, f"{where}: ")
+    notes += [f"{where}: {note}" for note in _doubts(data, "give a negative calibration")]
     for note in notes:
         caution(note)
     return data.assign_attrs(reading="\n".join(note.removeprefix(f"{where}: ") for note in notes))
 
 
-def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensor: int) -> float:
-    """Return how many N a unit of a sensor's column is."""
-    if unit == "N":
-        if calibration is not None:
-            raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
-        return 1.0
-    factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
-    if factor is None or finite("calibration", factor, "N/V") == 0.0:
-        raise ValueError(f"calibration = {calibration!r}: must give κ for sensor {sensor}, a number of N/V, not zero")
-    return float(factor)
+def _read(
+    files: Mapping[int, str | Path], column_of: Mapping[int, int], sampling: Sampling, where: str
+) -> tuple[Vector, dict[int, Vector], dict[int, str], list[str]]:
+    """Return the times, the columns and their units by sensor, and what is to be said. where: the files, in words."""
+    pieces, units, notes = dict[int, tuple[Vector, Vector]](), dict[int, str](), list[str]()
+    for file in dict.fromkeys(files.values()):
+        path = existing(f"path = {str(file)!r}", Path(file))
+        its = [sensor for sensor in column_of if files[sensor] == file]
+        recording = opened(path, [column_of[sensor] for sensor in its], sampling)
+        notes += [f"{file}: {note}" for note in recording.notes]
+        for sensor in its:
+            time, values, units[sensor], said = sampled(
+                path, recording, column_of[sensor], sampling, f"sensor {sensor}"
+            )
+            pieces[sensor] = time, values
+            notes += [f"{file}: {note}" for note in said if f"{file}: {note}" not in notes]
+    time, columns, said = on_one_time(where, {sensor: pieces[sensor] for sensor in column_of})
+    present = np.asarray(np.isfinite(np.stack([*columns.values()])).any(axis=0))
+    first, last = int(present.argmax()), present.size - int(present[::-1].argmax())
+    if ends := [f"the {end} {n}" for end, n in (("first", first), ("last", present.size - last)) if n]:
+        said.append(f"samples without values, {' and '.join(ends)}, were left out")
+    notes += [f"{where}: {note}" for note in said]
+    return time[first:last], {sensor: values[first:last] for sensor, values in columns.items()}, units, notes
 
 
 def _dataset(
@@ -264,13 +259,13 @@ def _zero(time: Vector, force: Vector, baseline: float | str, where: str) -> flo
     lasts = float(time[-1] - time[0])
     if isinstance(baseline, str):
         one_of("baseline", baseline, ["lead"])
-        try:
-            upright = -force if is_inverted(force) else force
-            return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", upright)]))
-        except ValueError as error:
-            raise ValueError(f"{error}; the record lasts {readable(lasts, 's', 4)}, {time.size} samples") from None
-    seconds = not_negative("baseline", baseline, "s")
-    if seconds > lasts:
+        if lead := quiet_lead(-force if is_inverted(force) else force):
+            return float(np.median(force[:lead]))
+        raise ValueError(
+            f"{where}, baseline = {baseline!r}: has no quiet lead to take the baseline from, must begin before the "
+            f"first wave; the record lasts {readable(lasts, 's', 4)}, {time.size} samples"
+        )
+    if not (seconds := not_negative("baseline", baseline, "s")) <= lasts:
         raise ValueError(f"baseline = {baseline!r}: must be shorter than the signal, {lasts:g} s")
     return float(np.median(force[time <= time[0] + seconds])) if seconds else 0.0
 

@@ -7,23 +7,19 @@ import xarray as xr
 
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps, resolution
-from coupling.results.signal_waves import waves_of_signal
+from coupling.results.signal_waves import waves_back
 from coupling.signals.conditioning import checked_signal, with_noise
 from coupling.signals.signals import as_signal
 from structures.caution import caution
 from structures.checks import count_of, listed, positive, whole
-from structures.structure import Vector
 
 MOST_TAPS = 10_000
 
+# A tap begins where the force first reaches this part of the greatest: taps may differ by a factor of two.
 INCIDENT = 0.5
-"""A tap begins where the force first reaches this part of the greatest: taps may differ by a factor of two."""
-
-BEFORE = 0.2
-"""A tap of a long record starts this part of its length before its incident wave."""
-
+BEFORE = 0.2  # A tap of a long record starts this part of its length before its incident wave.
+# Incident peaks that scatter by more than this get a warning: waves of different heights differ in speed.
 SCATTER = 0.05
-"""Incident peaks that scatter by more than this get a warning: waves of different heights differ in speed."""
 
 
 def average_taps(
@@ -47,11 +43,6 @@ def average_taps(
         over sensor is the standard deviation of a sample of the average, N: that between taps over √taps. The attribute
         ``taps`` is their number.
 
-    Raises
-    ------
-    ValueError
-        For fewer than two taps, sensors or sampling that differ, and a tap without incident wave.
-
     Warns
     -----
     HertzlinkWarning
@@ -59,7 +50,6 @@ def average_taps(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> time = np.arange(4000) * 1e-7
     >>> random = np.random.default_rng(1)
@@ -76,47 +66,48 @@ def average_taps(
         taps = [checked_signal("signals", tap) for tap in listed("signals", signals, xr.Dataset, "two or more signals")]
     if not 2 <= len(taps) <= MOST_TAPS:
         raise ValueError(f"signals: hold {count_of(len(taps), 'whole tap')}, must hold from 2 to {MOST_TAPS}")
-    numbers = taps[0].sensor.values.tolist()
+    numbers, peaks = taps[0].sensor.values.tolist(), list[tuple[float, float]]()
     chosen = numbers[0] if sensor is None else whole("sensor", sensor)
-    steps = [float(tap.time[1] - tap.time[0]) for tap in taps]
-    step, peaks = steps[0], list[tuple[float, float]]()
+    step = float(taps[0].time[1] - taps[0].time[0])
     for k, tap in enumerate(taps):
+        own = float(tap.time[1] - tap.time[0])
         if tap.sensor.values.tolist() != numbers:
             raise ValueError(f"signals[{k}]: has sensors {tap.sensor.values.tolist()}, must have {numbers}")
-        if abs(steps[k] - step) > 1e-3 * step:
-            raise ValueError(f"signals[{k}]: has a sample every {steps[k]:.4g} s, must be {step:.4g} s")
-        waves = waves_of_signal(np.asarray(tap.time.values), interpolated_over_gaps(_row(tap, chosen)), 0.5)
+        if abs(own - step) > 1e-3 * step:
+            raise ValueError(f"signals[{k}]: has a sample every {own:.4g} s, must be {step:.4g} s")
+        waves = waves_back(np.asarray(tap.time.values), np.asarray(Reading(tap).measured(chosen).values), 0.5)
         if not waves:
             raise ValueError(f"signals[{k}]: sensor {chosen} recorded no wave; leave this tap out")
         peaks.append(waves[0])
+    heights, arrivals = zip(*peaks, strict=True)
 
     # Whole steps inside all taps; rounding may not lead outside one.
-    first = max(float(tap.time[0]) - at for tap, (_, at) in zip(taps, peaks, strict=True))
-    last = min(float(tap.time[-1]) - at for tap, (_, at) in zip(taps, peaks, strict=True))
+    first = max(float(tap.time[0]) - at for tap, at in zip(taps, arrivals, strict=True))
+    last = min(float(tap.time[-1]) - at for tap, at in zip(taps, arrivals, strict=True))
     time = step * np.arange(np.ceil(first / step + 1e-6), np.floor(last / step - 1e-6) + 1)
     means, noises = {}, []
     for number in numbers:
+        samples = [np.asarray(tap.sensor_force.sel(sensor=number).values) for tap in taps]
         # NaN next to samples that are NaN.
-        moved = zip(taps, peaks, strict=True)
-        rows = np.stack([np.interp(time + at, tap.time.values, _row(tap, number)) for tap, (_, at) in moved])
+        moved = zip(taps, arrivals, samples, strict=True)
+        rows = np.stack([np.interp(time + at, tap.time.values, force) for tap, at, force in moved])
         means[number] = rows.mean(axis=0)
         complete = rows[:, np.isfinite(rows).all(axis=0)]
-        scatter = float(np.sqrt(complete.var(axis=0, ddof=1).mean())) if complete.size else float("nan")
-        samples = _row(taps[0], number)
-        digit = resolution(samples[np.isfinite(samples)])
+        if not complete.size:
+            raise ValueError(f"signals: sensor {number} has no samples that are not clipped in any tap")
+        scatter = float(np.sqrt(complete.var(axis=0, ddof=1).mean()))
         # Rounding that no noise dithers does not average away.
+        digit = resolution(samples[0][np.isfinite(samples[0])])
         least = digit / np.sqrt(12.0) if scatter < 0.5 * digit else 0.0
         noises.append(float(max(scatter / np.sqrt(len(taps)), least)))
-    heights = np.array([height for height, _ in peaks])
-    spread = float(heights.std(ddof=1) / heights.mean())
-    if spread > SCATTER:
-        caution(f"average_taps: incident peaks scatter by {100.0 * spread:.2g} %; leave out taps that differ")
+    spread = 100.0 * float(np.std(heights, ddof=1) / np.mean(heights))
+    if spread > 100.0 * SCATTER:
+        caution(f"average_taps: incident peaks scatter by {spread:.2g} %; leave out taps that differ")
     filled = {number: interpolated_over_gaps(mean) for number, mean in means.items()}
     places = dict(zip(numbers, taps[0].centre.values.tolist(), strict=True)) if "centre" in taps[0].coords else None
-    averaged = with_noise(
-        as_signal(time, filled, places), means, noises, "standard deviation of a sample of the average"
-    )
-    text = f"{len(taps)} taps were averaged; their incident peaks scatter by {100.0 * spread:.2g} %."
+    label = "standard deviation of a sample of the average"
+    averaged = with_noise(as_signal(time, filled, places), means, noises, label)
+    text = f"{len(taps)} taps were averaged; their incident peaks scatter by {spread:.2g} %."
     return averaged.assign_attrs(taps=len(taps), conditioning=text)
 
 
@@ -128,9 +119,9 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
     if seconds < 100.0 * (time[1] - time[0]):
         raise ValueError(f"length = {length!r}: must be at least 100 samples, {100.0 * (time[1] - time[0]):.3g} s")
     chosen = signal.sensor.values.tolist()[0] if sensor is None else whole("sensor", sensor)
-    force = interpolated_over_gaps(_row(signal, chosen))
-    off = np.abs(force - np.median(force))
-    high = time[off > INCIDENT * off.max()]
+    force = np.asarray(Reading(signal).measured(chosen).values)
+    off = np.abs(force - np.nanmedian(force))
+    high = time[off > INCIDENT * np.nanmax(off)]
     taps, free = [], float(time[0])
     while (later := high[high >= free]).size:
         begin = float(later[0]) - BEFORE * seconds
@@ -138,10 +129,3 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
             taps.append(signal.sel(time=slice(begin, begin + seconds)))
         free = begin + seconds
     return taps
-
-
-def _row(signal: xr.Dataset, sensor: int) -> Vector:
-    force = np.asarray(Reading(signal).measured(sensor).values, dtype=float)
-    if not np.isfinite(force).any():
-        raise ValueError(f"signals: sensor {sensor} has no samples that are not clipped")
-    return force

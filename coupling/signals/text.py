@@ -3,7 +3,7 @@
 import csv
 import re
 from collections.abc import Collection, Sequence
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
@@ -13,57 +13,37 @@ import pandas as pd  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from coupling.results.sensor_trace import FEWEST_SAMPLES
-from coupling.signals.heads import FORCE, TIME, Head, Unit
-from coupling.signals.recordings import Channel, Recording
-from coupling.signals.sampling import FEW, FEW_SHARE
+from coupling.signals.heads import FORCE, TIME, Head, NotUnderstood, Unit
+from coupling.signals.recordings import TEXT, Channel, Recording
+from coupling.signals.sampling import FEW, FEW_SHARE, Rows
 from structures.checks import count_of
 from structures.structure import Vector
 
 DELIMITERS = (";", "\t", "|", ",", r"\s+")
-
 MOST_BYTES, MOST_COLUMNS = 50_000_000, 256
+HUGE = 1e30  # Scopes print 9.9E+37 and the like for a sample beyond their range.
+TRIED = 200  # Lines in the middle of a file from which the delimiter and the decimal mark are found.
+HEAD = 60  # Lines at the beginning in which a unit may be stated.
+WINDOW = 40  # Lines at three places in which a column of times increases.
+SHOWN = 80  # Characters of a line in a message.
 
+# Signs and blanks of typeset numbers, and marks of the end of a file.
 TYPESET = str.maketrans({**dict.fromkeys("−–‐‑﹣－", "-"), **dict.fromkeys("\xa0\u202f", " "), "\0": "", "\x1a": ""})
-"""Signs and blanks of typeset numbers, and marks of the end of a file."""
-
-HUGE = 1e30
-"""Scopes print 9.9E+37 and the like for a sample beyond their range."""
-
-TRIED = 200
-"""Lines in the middle of a file from which the delimiter and the decimal mark are found."""
-
-HEAD = 60
-"""Lines at the beginning in which a unit may be stated."""
-
-WINDOW = 40
-"""Lines at three places in which a column of times increases."""
-
-SHOWN = 80
-"""Characters of a line in a message."""
-
 THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
-
 CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
-
-Places = NDArray[np.int64]
 
 
 class Table(NamedTuple):
     """The lines of a text that are not blank: their numbers in the file, their text, their cells, and the numbers in
     these by column, NaN for words."""
 
-    places: Places
+    places: NDArray[np.int64]
     texts: list[str]
     cells: pd.DataFrame
     numbers: dict[int, Vector]
     delimiter: str
     decimal: str
     is_cut: bool
-
-    @property
-    def width(self) -> int:
-        """The number of columns."""
-        return len(self.numbers)
 
 
 def read_text(
@@ -88,27 +68,28 @@ def read_text(
         )
     time_of = {column: max([c for c in rising if c < column], default=min(rising, default=None)) for column in chosen}
     timed_by = sorted({column for column in time_of.values() if column is not None})
-    read = sorted({*chosen, *timed_by})
     first, rows, notes = sample_rows(path, table, timed_by, chosen)
 
     # What the lines above the samples say, and the samples.
     above = [head_cells(line, table.delimiter) for line in table.texts[:first]]
-    head = Head(above, table.width, [head_cells(line, table.delimiter) for line in table.texts[:HEAD]])
-    check_commas(path, [cells[column].iloc[rows] for column in read], table.delimiter, above, table.width)
-    times = {c: time_in(numbers[c][rows], cells[c].iloc[rows], table.decimal) for c in timed_by}
-    notes += [note for _, note in times.values() if note]
+    head = Head(above, len(numbers), [head_cells(line, table.delimiter) for line in table.texts[:HEAD]])
+    read = [cells[column].iloc[rows] for column in sorted({*chosen, *timed_by})]
+    check_commas(path, read, table.delimiter, above, len(numbers))
+    times = dict[int, tuple[Vector, Unit | NotUnderstood | None]]()
+    for column in timed_by:
+        since, begins = time_in(numbers[column][rows], cells[column].iloc[rows], table.decimal)
+        is_clock = cells[column].iloc[rows[0]].count(":") > 1
+        times[column] = since, Unit("s", "s", 1.0) if is_clock else head.unit(column, TIME)
+        notes += [f"times count from the first sample, {begins}"] if begins else []
     channels = {}
     for column in chosen:
         values, of_time = numbers[column][rows], time_of[column]
         missing = cells[column].iloc[rows[~np.isfinite(values)][:100]]
         words = tuple(dict.fromkeys(cell.strip() or "an empty cell" for cell in missing))
-        time, unit_of_time = None, None
-        if of_time is not None:
-            is_clock = cells[of_time].iloc[rows[0]].count(":") > 1
-            time, unit_of_time = times[of_time][0], Unit("s", "s", 1.0) if is_clock else head.unit(of_time, TIME)
-        unit = head.unit(column, FORCE)
-        channels[column] = Channel(head.name(column), values, unit, time, unit_of_time, table.places[rows], words)
-    return Recording("a text", channels, notes, head.line_on_sampling())
+        time, time_unit = (None, None) if of_time is None else times[of_time]
+        unit, lines = head.unit(column, FORCE), table.places[rows]
+        channels[column] = Channel(head.name(column), values, unit, time, time_unit, lines, words)
+    return Recording(TEXT, channels, notes)
 
 
 def table_of(path: Path, content: bytes, wanted: Sequence[int], skip: int) -> Table:
@@ -122,10 +103,8 @@ def table_of(path: Path, content: bytes, wanted: Sequence[int], skip: int) -> Ta
     places, texts = np.array([number for number, _ in lines]), [line for _, line in lines]
     delimiter, decimal = form_of(path, texts, wanted)
     cells = split(path, texts, delimiter)
-    body = cells.iloc[len(cells) // 3 :]
-    width = 1 + max(
-        [*wanted, *(column for column in cells if (body[column].str.strip() != "").mean() > 0.5)], default=0
-    )
+    filled = (cells.iloc[len(cells) // 3 :].map(str.strip) != "").mean()
+    width = 1 + max([*wanted, *np.flatnonzero(filled > 0.5).tolist()], default=0)
     numbers = {column: numbers_in(cells[column], decimal) for column in range(width)}
     for column, values in numbers.items():
         if np.isnan(values).mean() > 0.5 and cells[column].str.contains(CLOCK).mean() > 0.5:
@@ -136,7 +115,7 @@ def table_of(path: Path, content: bytes, wanted: Sequence[int], skip: int) -> Ta
 
 def sample_rows(
     path: Path, table: Table, timed_by: Sequence[int], chosen: Sequence[int]
-) -> tuple[int, Places, list[str]]:
+) -> tuple[int, Rows, list[str]]:
     """Return the first row of the samples, the rows of all, and what was left out. A ValueError where that is much.
 
     timed_by: the columns of times; a sample has a number in each. Without them each line is one, though a number is
@@ -155,23 +134,20 @@ def sample_rows(
     if not three.any():
         raise no_samples(path, timed_by or chosen, table.texts[size // 2])
     first, last = int(three.argmax()), size - int(filled[::-1].argmax())
-    if table.is_cut and last == size:
-        last -= 1
+    last -= table.is_cut and last == size
     if not timed_by:
         filled[first:last] = True
     rows = first + np.flatnonzero(filled[first:last])
     lost = [row for row in range(first, size) if row >= last or not filled[row]]
+    named = [f"line {table.places[row]} {table.texts[row][:SHOWN]!r}" for row in lost[:3]]
     if len(lost) > max(FEW, FEW_SHARE * rows.size):
         line = f"line {table.places[lost[0]]}: {table.texts[lost[0]][:SHOWN]!r}"
         wanted = sorted({*chosen, *timed_by})
-        raise ValueError(f"{path}, {line} must hold {table.width} columns, with numbers in {wanted}")
+        raise ValueError(f"{path}, {line} must hold {len(table.numbers)} columns, with numbers in {wanted}")
     if rows.size < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(rows.size, 'sample')}, must hold {FEWEST_SAMPLES} or more")
-    if not lost:
-        return first, rows, []
-    named = ", ".join(f"line {table.places[row]} {table.texts[row][:SHOWN]!r}" for row in lost[:3])
-    left_out = "line that is no sample was left out", "lines that are no samples were left out"
-    return first, rows, [f"{count_of(len(lost), *left_out)}: {named}"]
+    left_out = count_of(len(lost), "line that is no sample was left out", "lines that are no samples were left out")
+    return first, rows, [f"{left_out}: {', '.join(named)}"] if lost else []
 
 
 def decoded(content: bytes) -> str:
@@ -209,18 +185,15 @@ def split(path: Path, lines: Sequence[str], delimiter: str) -> pd.DataFrame:
 
 def head_cells(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line above the samples, where blanks do not part a name from its unit in brackets."""
-    if delimiter != r"\s+" and delimiter in line:
-        return next(csv.reader([line if line.count('"') % 2 == 0 else line.replace('"', "")], delimiter=delimiter))
-    if delimiter != r"\s+":
-        return [line]
-    return re.sub(r"\s+(?=[(\[/])|(?<=/)\s+|^\s*[#%]+\s*", "", line).split()
+    if delimiter == r"\s+":
+        return re.sub(r"\s+(?=[(\[/])|(?<=/)\s+|^\s*[#%]+\s*", "", line).split()
+    return next(csv.reader([line if line.count('"') % 2 == 0 else line.replace('"', "")], delimiter=delimiter))
 
 
 def numbers_in(cells: pd.Series, decimal: str) -> Vector:
     """Return the numbers in cells, NaN for words and for marks of a sample beyond the range."""
-    bare = cells.str.strip(' "\t')
-    plain = bare.str.replace(",", ".", regex=False) if decimal == "," else bare
-    values = pd.to_numeric(plain, errors="coerce").to_numpy(float)
+    bare = cells.str.strip(' "\t').str.replace(decimal, ".", regex=False)
+    values = pd.to_numeric(bare, errors="coerce").to_numpy(float)
     return np.where(np.abs(values) < HUGE, values, np.nan)
 
 
@@ -271,14 +244,9 @@ def check_commas(
                 "decimal points, and without commas in numbers"
             )
     named = [row for row in above if len(row) > 1 and not any(cell.strip().isdigit() for cell in row)][-1:]
-    if (
-        delimiter == ","
-        and width % 2 == 0
-        and (
-            any(2 * len(row) == width for row in named)
-            or any(column.str.fullmatch(r"\s*0\d+\s*").any() for column in cells)
-        )
-    ):
+    are_halves = any(2 * len(row) == width for row in named)
+    are_decimals = any(column.str.fullmatch(r"\s*0\d+\s*").any() for column in cells)
+    if delimiter == "," and width % 2 == 0 and (are_halves or are_decimals):
         raise ValueError(
             f"{path}: commas part columns and decimals alike, as it seems: {width} columns; export the trace with "
             "decimal points, or with semicolons between columns"
@@ -308,19 +276,15 @@ def clock(cells: pd.Series) -> Vector:
         if form is None:
             return np.full(len(bare), np.nan)
         moments = pd.to_datetime(bare, format=form, errors="coerce", utc=True)
-        spans = moments - moments.dropna().iloc[0] if moments.notna().any() else moments - moments
+        spans = moments - moments.min()
     seconds = spans / pd.Timedelta(1, "s")
     return np.asarray(seconds - seconds.dropna().min(), dtype=float)
 
 
 def time_in(values: Vector, cells: pd.Series, decimal: str) -> tuple[Vector, str]:
-    """Return a column of times, those with too many digits for a float from the first sample on, and what is said."""
+    """Return a column of times; those with too many digits for a float from the first sample on, with that as text."""
     step = abs(float(np.median(np.diff(values))))
     if not np.spacing(np.abs(values).max()) > 1e-3 * step > 0.0:
         return values, ""
-    texts = cells.str.strip(' "').str.replace(decimal, ".", regex=False)
-    try:
-        first = Decimal(texts.iloc[0])
-        return np.array([float(Decimal(text) - first) for text in texts]), f"times count from the first sample, {first}"
-    except InvalidOperation:
-        return values, ""
+    texts = [Decimal(text) for text in cells.str.strip(' "').str.replace(decimal, ".", regex=False)]
+    return np.array([float(text - texts[0]) for text in texts]), str(texts[0])

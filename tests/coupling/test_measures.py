@@ -75,26 +75,6 @@ def test_no_wave_is_none_and_never_a_wrong_peak(run: xr.Dataset) -> None:
     assert np.isnan(hl.time_of_flight(run, 1).item())
 
 
-def test_a_heavy_striker_sends_a_train_whose_first_wave_is_incident() -> None:
-    """A striker of 75 bead masses on a steel wall: the first peak at bead 7, not the larger ones after the wall."""
-    chain = hl.Chain([BEAD] * 20, hl.Sphere(20e-3, hl.STEEL_440C), 0.44)
-    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=3e-3)
-    waves = hl.reflections(run, sensor=7)
-    assert waves.incident
-    assert waves.incident.arrival < 150e-6
-    assert waves.incident.amplitude < 0.5 * float(hl.sensor_force(run, 7).max())
-
-
-@pytest.mark.parametrize("sensor", [6, 8, 10, 12])
-def test_a_dimer_chain_has_its_waves_in_order(sensor: int) -> None:
-    """Beads in pairs move as one: both contacts of a bead peak together, and the incident wave still comes first."""
-    chain = hl.Chain([BEAD, hl.Sphere(2e-3, hl.STEEL_440C)] * 10, BEAD, 0.44)
-    waves = hl.reflections(hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1.2e-3), sensor)
-    assert waves.incident
-    assert waves.incident.arrival < 260e-6
-    assert not waves.primary or waves.primary.time_of_flight > 50e-6
-
-
 def test_no_wave_is_its_own_reflection() -> None:
     """A PTFE bead among steel ones: nothing comes back before the incident wave has passed."""
     beads = [BEAD] * 10 + [hl.Sphere(4.76e-3, hl.PTFE)] + [BEAD] * 9
@@ -124,15 +104,6 @@ def test_a_third_wave_is_told_from_the_second() -> None:
     assert found == pytest.approx([3e-4, 5e-4, 7e-4], abs=1e-9)
     assert hl.amplitude_ratio(run, 1, "third").item() == pytest.approx(0.1, rel=1e-5)
     assert np.isnan(hl.amplitude_ratio(signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0)), 1, "third").item())
-
-
-def test_a_ripple_between_unlike_beads_is_no_reflection() -> None:
-    """Steel and PTFE in turns leave ripples of 2 % behind the wave; the primary wave comes back from the wall."""
-    pair = [hl.Sphere(9.53e-3, material) for material in (hl.STEEL_440C, hl.PTFE)]
-    run = hl.CoSimulation(hl.Chain(pair * 15, pair[0], 0.44, 9.81), hl.half_space(hl.STEEL_440C)).run(until=6e-3)
-    primary = hl.reflections(run, 20).primary
-    assert primary
-    assert primary.amplitude_ratio > 0.9
 
 
 def test_a_silent_run_has_no_waves() -> None:

@@ -62,7 +62,10 @@ RUNS: dict[str, Callable[[], hl.CoSimulation]] = {
 }
 
 
-LONG_TO_COMPILE = "contacts that yield", "beads that vibrate", "structures at both ends", "a dashpot"
+LONG_TO_COMPILE = (
+    *("contacts that yield", "beads that vibrate", "structures at both ends", "a dashpot"),
+    *("adaptive windows", "a participant"),
+)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ KAPPA = 20.0
 @cache
 def run(radius: float = 4.76e-3, wall: str = "steel") -> xr.Dataset:
     bead = hl.Sphere(radius, hl.STEEL_440C)
-    chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0))
+    chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01))
     soft = hl.rod([hl.Layer(hl.PTFE, 76.2e-3, 19.1e-3)], base="fixed")
     structure = hl.half_space(hl.STEEL_440C) if wall == "steel" else soft
     until = 1e-3 if wall == "steel" else 1.2e-3
@@ -65,22 +65,6 @@ def test_files_of_scopes(tmp_path: Path, delimiter: str) -> None:
         assert hl.amplitude_ratio(stored, 7).item() == hl.amplitude_ratio(data, 7).item()
 
 
-@pytest.mark.parametrize(
-    ("time_unit", "scale", "unit", "calibration", "amplitude"),
-    [
-        ("ms", 1e3, "mV", 20.0, 0.06),
-        ("us", 1e6, "N", None, 3.0),
-        ("ns", 1e9, "V", 1.0, 3.0),
-    ],
-)
-def test_units(tmp_path: Path, time_unit: str, scale: float, unit: str, calibration: float, amplitude: float) -> None:
-    path = write(tmp_path / "a.txt", rows(scale=scale))
-    data = read_signal(path, {7: 1}, time_unit=time_unit, unit=unit, calibration=calibration)
-    wave = hl.reflections(data, 7).incident
-    assert wave.amplitude == pytest.approx(amplitude, rel=1e-3)
-    assert wave.arrival == pytest.approx(1e-4, abs=1e-8)
-
-
 def test_the_baseline(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", rows(offset=0.25))
     for baseline, expected in (("lead", 3.0), (50e-6, 3.0), (0, 3.25)):
@@ -91,15 +75,6 @@ def test_the_baseline(tmp_path: Path) -> None:
         ValueError, match=r"late\.csv: sensor 7, baseline = 'lead': has no quiet lead .*; the record lasts 794 µs"
     ):
         read_signal(late, {7: 1}, calibration=1.0)
-
-
-def test_a_sensor_wired_the_other_way_round(tmp_path: Path) -> None:
-    time = 1e-6 * np.arange(1000)
-    path = write(
-        tmp_path / "a.csv", [f"{t:.9g},{-v:.9g}" for t, v in zip(time, pulses(time, (3.0, 2e-4)), strict=True)]
-    )
-    data = read_signal(path, {7: 1}, calibration=-2.0)
-    assert hl.reflections(data, 7).incident.amplitude == pytest.approx(6.0, rel=1e-3)
 
 
 def test_wave_speed_needs_positions(tmp_path: Path) -> None:
@@ -161,7 +136,7 @@ def test_a_file_for_each_sensor(tmp_path: Path) -> None:
         ),
         ({"time_unit": "mV"}, "time_unit = 'mV': must be a unit of a time"),
         ({"unit": "pC"}, "unit = 'pC': must be a unit of a voltage or a force"),
-        ({"unit": 1.0}, "unit = 1.0: must be a unit"),
+        ({"unit": 1.0}, "unit = 1.0: must be a text"),
         ({"interval": 0.0}, "interval = 0.0: must be a positive number"),
         ({"interval": 1e-6, "time_column": 0}, "interval = 1e-06: is for a file without times"),
         ({"start": "x"}, "start = 'x': must be a finite number"),
@@ -200,16 +175,6 @@ def test_bad_arrays() -> None:
     ):
         with pytest.raises(ValueError, match=message):
             as_signal(bad_time, forces)
-
-
-def test_measures_of_runs_refuse_signals() -> None:
-    time = 1e-6 * np.arange(1000)
-    data = as_signal(time, {7: pulses(time, (3.0, 2e-4))})
-    for measure in (hl.contact_time, hl.energy_error):
-        with pytest.raises(ValueError, match="run: is a measured signal"):
-            measure(data)
-    with pytest.raises(ValueError, match="sensor = 8: must be one that was measured: 7"):
-        hl.reflections(data, 8)
 
 
 @pytest.mark.thorough
