@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, overload
 import numpy as np
 import xarray as xr
 
-from structures.checks import each, finite, instance, positive, short
+from structures.checks import instance, positive, short
 from structures.structure import Vector
 
 FEWEST = 3  # Distances that make a curve.
@@ -35,7 +35,6 @@ def critical_distance(
     tolerance: float = ...,
     relative: bool = ...,
     bracket: Literal[False] = ...,
-    far: Number | None = ...,
 ) -> Number: ...
 
 
@@ -46,7 +45,6 @@ def critical_distance(
     relative: bool = ...,
     *,
     bracket: Literal[True],
-    far: Number | None = ...,
 ) -> CriticalDistance: ...
 
 
@@ -55,7 +53,6 @@ def critical_distance(
     tolerance: float = 0.02,
     relative: bool = False,
     bracket: bool = False,
-    far: Number | None = None,
 ) -> Number | CriticalDistance:
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
@@ -74,9 +71,6 @@ def critical_distance(
         Whether the tolerance is relative to the far value.
     bracket : bool
         Whether to return a CriticalDistance, the value and its bracket.
-    far : float or DataArray, optional
-        The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
-        greatest distance, where on a finite plate the other edges are near.
 
     Returns
     -------
@@ -104,15 +98,10 @@ def critical_distance(
         raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
     if (np.diff(distances) <= 0.0).any():
         raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
-    if isinstance(far, xr.DataArray):
-        each(finite, "far", far.values)
-    else:
-        far = xr.DataArray(nan if far is None else finite("far", far))
     results = xr.apply_ufunc(
-        lambda curve, level: last_crossing(distances.astype(float), curve, tolerance, relative, level),
+        lambda curve: last_crossing(distances.astype(float), curve, tolerance, relative),
         ordered,
-        far,
-        input_core_dims=[[dimension], []],
+        input_core_dims=[[dimension]],
         output_core_dims=[[], [], []],
         vectorize=True,
     )
@@ -123,15 +112,14 @@ def critical_distance(
 
 
 def last_crossing(
-    distances: Vector, curve: Vector, tolerance: float, relative: bool = False, far: float = nan
+    distances: Vector, curve: Vector, tolerance: float, relative: bool = False
 ) -> tuple[float, float, float]:
-    """Return (value, low, high) of `CriticalDistance` for one curve over rising distances; far: NaN if not known."""
+    """Return (value, low, high) of `CriticalDistance` for one curve over rising distances."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
-    there = np.flatnonzero(~np.isnan(curve))
-    usable = there[there < curve.size - 1] if np.isnan(far) else there
+    usable = np.flatnonzero(~np.isnan(curve[:-1]))
     if usable.size == 0:
         return nan, nan, nan
-    level, x, y = far_value(curve, far), distances[usable], curve[usable]
+    level, x, y = far_value(curve), distances[usable], curve[usable]
     reached = not np.isnan(level)
     level = level if reached else 0.0
     outside = np.flatnonzero(np.abs(y - level) > (tolerance * level if relative else tolerance))
@@ -151,6 +139,6 @@ def crossed_level(outside: float, far: float, tolerance: float, relative: bool =
     return far + float(np.copysign(tolerance * far if relative else tolerance, outside - far))
 
 
-def far_value(curve: Vector, far: float = nan) -> float:
-    """Return the far value that is known, or else AR at the greatest distance; NaN where no wave is back from there."""
-    return float(curve[-1]) if np.isnan(far) else far
+def far_value(curve: Vector) -> float:
+    """Return AR at the greatest distance; NaN where no wave is back from there."""
+    return float(curve[-1])

@@ -58,21 +58,6 @@ def test_bracket_of_given_samples(values: list[float], expected: tuple[float, fl
     np.testing.assert_equal(hl.critical_distance(curve(values)), found.value)
 
 
-@pytest.mark.parametrize(
-    ("values", "far", "expected"),
-    [
-        ([0.3, 0.1, 0.015, NAN], 0.0, (0.2 + 0.1 * 0.08 / 0.085, 0.2, 0.3)),
-        ([0.3, 0.1, NAN, NAN], 0.0, (NAN, 0.2, INF)),
-        ([0.7, 0.6, 0.5, 0.5], 0.5, (0.2 + 0.1 * 0.08 / 0.1, 0.2, 0.3)),
-        ([0.7, 0.6, 0.5], 0.5, (0.2 + 0.1 * 0.08 / 0.1, 0.2, 0.3)),
-        ([0.7, 0.6, 0.5, 0.5], 0.4, (NAN, 0.4, INF)),
-        ([NAN, NAN, NAN], 0.0, (NAN, NAN, NAN)),
-    ],
-)
-def test_far_value_that_is_known(values: list[float], far: float, expected: tuple[float, float, float]) -> None:
-    np.testing.assert_allclose(hl.critical_distance(curve(values), bracket=True, far=far), expected, rtol=1e-12)
-
-
 def test_tolerance_relative_to_the_far_value() -> None:
     ratio = curve([0.8, 0.6, 0.4, 0.4])
     relative = hl.critical_distance(ratio, tolerance=0.25, relative=True)
@@ -100,9 +85,6 @@ def test_critical_distance_over_other_dimensions() -> None:
         ({"tolerance": NAN}, "tolerance = nan"),
         ({"relative": 1}, "relative = 1: must be True or False"),
         ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
-        ({"far": NAN}, "far = nan"),
-        ({"far": (1, 2, 3)}, r"far = \(1, 2, 3\): must be a finite number"),
-        ({"far": "0"}, "far = '0'"),
     ],
 )
 def test_bad_input_to_given_samples(given: dict[str, Any], message: str) -> None:
