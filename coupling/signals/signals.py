@@ -14,7 +14,7 @@ from coupling.results.schema import variable
 from coupling.results.sensor_trace import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
 from coupling.signals.files import Sampling, opened, sampled
 from coupling.signals.heads import FORCE, TIME, WHAT, unit_named
-from coupling.signals.sampling import on_one_time
+from coupling.signals.sampling import even_sampling, on_one_time
 from structures.caution import caution, collected
 from structures.checks import existing, finite, instance, not_negative, one_of, short, whole
 from structures.described import checked_call
@@ -66,13 +66,11 @@ def as_signal(
         raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
     moments = checked_trace("time", time, "s")
     rows = {whole("sensor", n): checked_trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
-    steps, even = np.diff(moments), np.linspace(moments[0], moments[-1], moments.size)
-    usual = float(np.median(steps))
-    bad = (steps <= 0.0) | (steps > 1.5 * usual) | (np.abs(moments - even)[1:] > usual)
-    if bad.any():
-        i = int(bad.argmax())
-        what = "times must increase" if steps[i] <= 0.0 else f"a gap, or uneven times; the usual step is {usual:.3g} s"
-        raise ValueError(f"sample {i + 1}: time {moments[i + 1]:.9g} s after {moments[i]:.9g} s: {what}")
+    even, kept, notes = even_sampling(moments, lambda row: f"sample {row}")
+    if (kept < 0).any():
+        raise ValueError(f"sample {int((kept < 0).argmax())}: the times have a gap, must be evenly spaced")
+    for note in notes:
+        caution(f"time: {note}")
     inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
     data = _dataset(even, rows, positions, baseline, inputs)
     for doubt in _doubts(data, "change the sign of the forces"):

@@ -13,8 +13,6 @@ import pytest
 import hertzlink as hl
 from coupling.results.reading import read_netcdf
 
-BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
-
 
 class Evil:
     """A pickle that makes a file when it is opened."""
@@ -30,21 +28,6 @@ class Evil:
 def marker(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What exists once code from a file has run."""
     return tmp_path_factory.mktemp("elsewhere") / "marker"
-
-
-HEADERS = [
-    "{'descr': '|O', 'fortran_order': False, 'shape': (1,)}",
-    "{'descr': '<f8', 'fortran_order': False, 'shape': (10**12,)}",
-    "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,)}",
-    "{'descr': '<f8', 'fortran_order': False, 'shape': (-1,)}",
-    "{'descr': [('a', '<f8'), ('b', '|O')], 'fortran_order': False, 'shape': (1,)}",
-    "{'descr': '<f8', 'fortran_order': False, 'shape': (",
-]
-
-
-def array_with(header: str) -> bytes:
-    """Eight bytes behind a header of numpy's format."""
-    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(8)
 
 
 SECRET = np.arange(4.0) + 1234.5

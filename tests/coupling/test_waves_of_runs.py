@@ -1,12 +1,10 @@
-"""One run and many have the same waves; splines are those of scipy."""
+"""One run and many have the same waves."""
 
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 import hertzlink as hl
-from coupling.results.wave_finder import placed
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 SENSOR = 7
@@ -44,23 +42,3 @@ def test_axes_may_come_in_any_order(runs: xr.Dataset) -> None:
     assert hl.amplitude_ratio(turned.isel(run=[0, 2]), SENSOR).identical(
         hl.amplitude_ratio(runs.isel(run=[0, 2]), SENSOR)
     )
-
-
-def test_a_bead_that_was_not_kept_is_named() -> None:
-    chain = hl.Chain([BEAD] * 12, BEAD, impact_speed=0.4)
-    kept = hl.batch(lambda speed: hl.CoSimulation(chain, None), until=1e-4, sensors=[6, 8], speed=[0.4])
-    with pytest.raises(ValueError, match=r"sensor = 7: must be a bead that was kept: 6, 8"):
-        hl.amplitude_ratio(kept, 7)
-
-
-@pytest.mark.parametrize("samples", [3, 4, 9, 50])
-def test_a_spline_is_that_of_scipy(samples: int) -> None:
-    time = np.linspace(0.0, 1.0, samples)
-    force = np.exp(-(((time - 0.47) / 0.3) ** 2))
-    peak = int(force.argmax())
-    near = slice(max(0, peak - 4), peak + 5)
-    spline = CubicSpline(time[near], force[near])
-    roots = spline.derivative().roots(extrapolate=False)
-    best = max(roots, key=spline)
-    height, at = placed(time, force[None], np.array([0]), np.array([peak]))
-    assert (height[0], at[0]) == pytest.approx((float(spline(best)), best), rel=1e-12)
