@@ -13,7 +13,6 @@ from coupling.inference.sensitivities import sensitivities as sensitivities
 from coupling.inference.tap_maps import map_taps as map_taps
 from coupling.inference.uncertainty import uncertainty as uncertainty
 from coupling.interface import ContactPoint as ContactPoint
-from coupling.participant import Participant as Participant
 from coupling.plan import Adaptive as Adaptive
 from coupling.ports.precice import run_in_precice as run_in_precice
 from coupling.results.ar_and_tof import amplitude_ratio as amplitude_ratio
@@ -25,8 +24,6 @@ from coupling.results.events import contact_events as contact_events
 from coupling.results.measures import contact_time as contact_time
 from coupling.results.measures import energy_error as energy_error
 from coupling.results.measures import sensor_force as sensor_force
-from coupling.results.waves import NoWaveError as NoWaveError
-from coupling.signals.calibration import calibration_factor as calibration_factor
 from coupling.signals.conditioning import clean_signal as clean_signal
 from coupling.signals.sensor_model import SensorModel as SensorModel
 from coupling.signals.signals import as_signal as as_signal
@@ -74,14 +71,11 @@ from plates.builders import mindlin_plate as mindlin_plate
 from plates.critical_distance import critical_distance_law as critical_distance_law
 from plates.half_plane import half_plane as half_plane
 from plates.half_plane import infinite_plate as infinite_plate
-from plates.impact import critical_distance_bounds as critical_distance_bounds
 from plates.laminate import Laminate as Laminate
 from plates.laminate import OrthotropicMaterial as OrthotropicMaterial
 from plates.laminate import Ply as Ply
 from plates.modal import ModalPlate as ModalPlate
 from plates.plate import Plate as Plate
-from plates.section import Section as Section
-from plates.section import homogeneous_section as homogeneous_section
 from plates.shapes.outline import Outline as Outline
 from plates.shapes.outline import circle as circle
 from plates.support import ElasticEdge as ElasticEdge
@@ -98,10 +92,8 @@ from structures.imported import from_modes as from_modes
 from structures.material import ACRYLIC as ACRYLIC
 from structures.material import ALUMINIUM_6061 as ALUMINIUM_6061
 from structures.material import BRASS_360 as BRASS_360
-from structures.material import COPPER as COPPER
 from structures.material import MATERIALS as MATERIALS
 from structures.material import NYLON as NYLON
-from structures.material import POLYCARBONATE as POLYCARBONATE
 from structures.material import PTFE as PTFE
 from structures.material import STEEL_316 as STEEL_316
 from structures.material import STEEL_440C as STEEL_440C

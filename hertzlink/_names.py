@@ -8,13 +8,15 @@ HOME = Path(__file__).parent
 
 
 def listed_in(file: Path) -> dict[str, str]:
-    """Return the names that a file imports or assigns, each with the module from which it is imported."""
+    """Return the public names of a file, `__all__` or what it imports and assigns, with the modules they come from."""
     names = dict[str, str]()
     for line in ast.parse(file.read_text("utf-8")).body:
         if isinstance(line, ast.ImportFrom):
             names |= {str(alias.asname): str(line.module) for alias in line.names}
-        elif isinstance(line, ast.Assign):
-            names |= {target.id: "" for target in line.targets if isinstance(target, ast.Name)}
+        elif isinstance(line, ast.Assign) and isinstance(line.targets[0], ast.Name):
+            if line.targets[0].id == "__all__":
+                return dict.fromkeys(ast.literal_eval(line.value), "")
+            names[line.targets[0].id] = ""
     return {name: module for name, module in names.items() if not name.startswith("_")}
 
 

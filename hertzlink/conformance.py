@@ -140,10 +140,8 @@ def check_splits(
     trial = Trial(participant, window, size)
     undivided, halves, quarters = (trial.run(trial.pulse(), parts) for parts in (1, 2, 4))
     coarse, fine, least = (mean_square(x) for x in (undivided - halves, halves - quarters, rounding * quarters))
-    require(
-        not (fine > least and fine > coarse / 2.0 ** (0.75 * order)),
-        f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order {order:g}",
-    )
+    words = f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order {order:g}"
+    require(not (fine > least and fine > coarse / 2.0 ** (0.75 * order)), words)
 
 
 def check_finite(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
@@ -197,12 +195,9 @@ def push(participant: Any, window: float = WINDOW, size: float | None = None) ->
 
 
 def check_units(
-    participant: Any,
-    window: float = WINDOW,
-    size: float | None = None,
-    mass: float | None = None,
+    participant: Any, window: float = WINDOW, size: float | None = None, mass: float | None = None,
     stiffness: float | None = None,
-) -> tuple[float, float]:
+) -> tuple[float, float]:  # fmt: skip
     """Check that a structure moves as in N, m and s; return its inertia and compliance, see `push`.
 
     mass (kg) moves first at the contact point; stiffness (N/m) is the static one there. Each need only be right to a
@@ -210,30 +205,20 @@ def check_units(
     """
     inertia, compliance = push(participant, window, size)
     moves = f"moves in the first {SHORT:g} s like {inertia:.3g} kg"
-    require(
-        not 0.0 <= inertia / SHORT < LEAST_RESISTANCE,
-        f"{moves}, more easily than a foil; check the units of force, time and displacement, and that it returns a "
-        "displacement",
-    )
-    for ratio, words in (
-        (mass and inertia / mass, f"{moves}, not {mass} kg"),
-        (
-            stiffness and compliance * stiffness,
-            f"yields by {compliance:.3g} m/N over {HELD:g} s, not 1/{stiffness} m/N",
-        ),
-    ):
+    why = "check the units of force, time and displacement, and that it returns a displacement"
+    require(not 0.0 <= inertia / SHORT < LEAST_RESISTANCE, f"{moves}, more easily than a foil; {why}")
+    yields = f"yields by {compliance:.3g} m/N over {HELD:g} s, not 1/{stiffness} m/N"
+    weighs = mass and inertia / mass, f"{moves}, not {mass} kg"
+    for ratio, words in (weighs, (stiffness and compliance * stiffness, yields)):
         wrong = ratio is not None and (ratio < 1.0 / MARGIN or ratio > MARGIN)
         require(not wrong, f"{words}; check the units: N, m, s")
     return inertia, compliance
 
 
 def check_structure(
-    make: Callable[[], Any],
-    window: float = WINDOW,
-    size: float | None = None,
-    mass: float | None = None,
+    make: Callable[[], Any], window: float = WINDOW, size: float | None = None, mass: float | None = None,
     stiffness: float | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Run all checks for a structure; mass and stiffness as in `check_units`. `make` returns a new participant."""
     for check in (check_repeatable, check_independent, check_pickles, check_finite, check_passive):
         check(make(), window, size)
@@ -258,10 +243,8 @@ def require(held: bool, otherwise: str) -> None:
 
 
 def mean_square(values: Answers) -> float:
-    """Return the root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
 def same(first: Any, second: Any) -> bool:
-    """Return whether both are equal to the bit."""
     return np.array_equal(first, second, equal_nan=True)

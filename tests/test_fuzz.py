@@ -46,10 +46,10 @@ ROOMS = ("theory.", "Sphere", "HollowSphere", "Cylinder")
 
 ELSEWHERE = {
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
-    *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "damping.Viscous"),
+    *("Bead", "ContactLaw", "Dissipation", "Excitation", "damping.Viscous"),
     "stepping.StructureState",
     "laws.YieldingLaw",
-    *("HertzlinkWarning", "NotConverged", "NoWaveError"),
+    *("HertzlinkWarning", "NotConverged"),
     # Of a user's own parts: test_described, test_quantities, test_extending.
     *("described", "quantities.Quantity", "quantities.Count", "quantities.OneOf"),
 }

@@ -29,9 +29,11 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
+from coupling.signals.calibration import calibration_factor
 from hertzlink.cases.case import Case
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import main as hertzlink
+from plates.section import homogeneous_section
 
 TOLERANCE = 1e-12
 """The largest difference, in units of the largest number of the same kind."""
@@ -139,7 +141,9 @@ def structures() -> dict[str, Callable[[], Any]]:
         ),
         "laminate without edges": lambda: hl.infinite_plate(None, laminate()),
         "section": lambda: small(
-            hl.kirchhoff_plate(0.2, 0.15, None, hl.homogeneous_section(2e-3, hl.POLYCARBONATE), CLAMPED).at(0.06, 0.07)
+            hl.kirchhoff_plate(0.2, 0.15, None, homogeneous_section(2e-3, hl.MATERIALS["polycarbonate"]), CLAMPED).at(
+                0.06, 0.07
+            )
         ),
         "plate of modes": lambda: hl.ModalPlate(plate(), UNTIL).at(
             0.05, 0.07, thickness=4e-3, material=hl.Material(1e11, 0.33, 8500.0)
@@ -237,7 +241,7 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         for name, bead in {
             "hollow spheres": hl.HollowSphere(9.525e-3, 8.655e-3, hl.STEEL_316),
             "ellipsoids across": hl.Ellipsoid(4e-3, 12e-3, hl.BRASS_360, angle=0.4),
-            "ellipsoids along": hl.Ellipsoid(4e-3, 12e-3, hl.COPPER, axis="along"),
+            "ellipsoids along": hl.Ellipsoid(4e-3, 12e-3, hl.MATERIALS["copper"], axis="along"),
             "polymer": hl.Sphere(4.76e-3, hl.NYLON),
         }.items()
     }
@@ -396,10 +400,10 @@ def closed_forms() -> Mapping[str, Any]:
             hl.drop_speed(0.01),
         ],
         "laminates": theory.indentation_modulus(theory.orthotropic_stiffness([9e10] * 3, [0.3] * 3, [4e9] * 3)),
-        "calibration": hl.calibration_factor(
+        "calibration": calibration_factor(
             np.linspace(0.0, 1e-3, 400), 3.0 * np.exp(-(((np.linspace(0.0, 1.0, 400) - 0.4) / 0.1) ** 2)), mass, 0.3
         ),
-        "edge": hl.critical_distance_bounds(BEAD, thin, 0.3),
+        "edge": hl.theory.critical_distance_bounds(BEAD, thin, 0.3),
         "law of the edge": hl.critical_distance_law(
             BEAD, hl.kirchhoff_plate(0.5, 0.5, 2e-3, hl.ALUMINIUM_6061, CLAMPED), 0.3
         ),

@@ -44,9 +44,10 @@ def calibration_factor(
     Examples
     --------
     >>> import numpy as np
+    >>> from coupling.signals.calibration import calibration_factor
     >>> time = np.linspace(-1e-4, 1e-4, 2001)
     >>> voltage = np.where(abs(time) < 2e-5, np.cos(np.pi * time / 4e-5), 0.0)
-    >>> print(f"{hl.calibration_factor(time, voltage, mass=3.5e-3, impact_speed=0.44):.0f} N/V")
+    >>> print(f"{calibration_factor(time, voltage, mass=3.5e-3, impact_speed=0.44):.0f} N/V")
     121 N/V
     """
     share = {"immobile": 1.0, "free": 0.5}[one_of("backing", backing, ("immobile", "free"))]

@@ -51,8 +51,9 @@ def report(
     Examples
     --------
     >>> import hertzlink as hl
-    >>> tap = hl.as_signal([0.0, 1e-4, 2e-4, 3e-4], {7: [0.0, 8.0, 0.0, 0.0]})
-    >>> hl.plots.report(tap, "tap.html", title="Tap on PTFE").name
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> run = hl.CoSimulation(hl.Chain([bead] * 16, bead, 0.3), hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> hl.plots.report(run, "tap.html", title="Tap on PTFE").name
     'tap.html'
     """
     if not isinstance(path, str | Path) or not str(path):

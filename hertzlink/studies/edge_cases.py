@@ -85,7 +85,7 @@ OTHER_PAIRS = {
     "steel 316 beads": Pair(hl.Sphere(LARGE.radius, hl.STEEL_316), hl.ALUMINIUM_6061),
     "brass beads": Pair(hl.Sphere(LARGE.radius, hl.BRASS_360), hl.ALUMINIUM_6061),
     "glass plate": Pair(LARGE, hl.Material(70e9, 0.22, 2500.0, "glass")),
-    "copper plate": Pair(LARGE, hl.COPPER),
+    "copper plate": Pair(LARGE, hl.MATERIALS["copper"]),
     "steel plate": Pair(LARGE, hl.STEEL_440C),
 }
 SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")  # The pairs with the materials of MAIN.

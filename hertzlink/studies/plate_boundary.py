@@ -14,7 +14,7 @@ from hertzlink.studies.shared import ALUMINIUM, DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.shared import PLATE_SPEED as SPEED
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.impact import THESIS_IMPACT
-from plates.section import thick_wavelength
+from plates.section import homogeneous_section, thick_wavelength
 from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.caution import collected
 
@@ -62,7 +62,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     ]  # fmt: skip
     data = xr.concat(parts, "diameter", join="outer")
     data["sampled"] = data.sampled.fillna(False).astype(bool)
-    bounds = [hl.critical_distance_bounds(shared.sphere(d), shared.plate(THICKNESSES[0]), SPEED) for d in DIAMETERS]
+    beads, thin = map(shared.sphere, DIAMETERS), shared.plate(THICKNESSES[0])
+    bounds = [hl.theory.critical_distance_bounds(bead, thin, SPEED) for bead in beads]
     label = {"units": "m", "long_name": "critical distance, equation 6.42"}
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
 
@@ -186,7 +187,7 @@ def group_speed(thickness: float, frequency: float) -> float:
 
     It is within 0.5 % of Lamb's equation where a wave is longer than eight thicknesses.
     """
-    wall = hl.homogeneous_section(thickness, ALUMINIUM)
+    wall = homogeneous_section(thickness, ALUMINIUM)
     inertia, shear = wall.rotary_inertia, float(wall.shear[0, 0])
     frequencies = frequency * np.array([1.0 - 1e-4, 1.0 + 1e-4])
     waves = [1.0 / thick_wavelength(wall.mass, wall.bending[0, 0], one, inertia, shear) for one in frequencies]

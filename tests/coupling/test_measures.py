@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from coupling.results.waves import Wave
+from coupling.results.waves import NoWaveError, Wave
 from coupling.signals.signals import as_signal
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -109,7 +109,7 @@ def test_a_third_wave_is_told_from_the_second() -> None:
 def test_a_silent_run_has_no_waves() -> None:
     waves = hl.reflections(signal(static=1.0), sensor=1)
     assert not any(waves)
-    with pytest.raises(hl.NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
+    with pytest.raises(NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
         _ = waves.incident.arrival
 
 

@@ -305,7 +305,7 @@ def forces(run):
     return run[["contact_force"]]
 
 def run(jobs, store, radii=[1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3]):
-    materials = [hl.PTFE, hl.ACRYLIC, hl.NYLON, hl.COPPER, hl.STEEL_316]
+    materials = [hl.PTFE, hl.ACRYLIC, hl.NYLON, hl.MATERIALS["copper"], hl.STEEL_316]
     return hl.sweep(build, 1e-4, jobs=jobs, store=store, measure=forces, material=materials, radius=radii)
 """
 

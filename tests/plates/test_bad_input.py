@@ -9,10 +9,11 @@ import pytest
 
 import hertzlink as hl
 from plates.laminate import section_of
+from plates.section import homogeneous_section
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 STEEL = hl.STEEL_316
-WALL = hl.homogeneous_section(2e-3, MATERIAL)
+WALL = homogeneous_section(2e-3, MATERIAL)
 CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5.2e9, 3.6e9, 1600.0, "carbon-epoxy")
 LAMINATE = hl.Laminate([hl.Ply(CARBON, 1e-3, 0.3), hl.Ply(CARBON, 1e-3, 1.2)])
 MASS = hl.PointMass(0.1, 0.1, 1.0)
@@ -129,9 +130,9 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: hl.kirchhoff_plate(0.3, 0.3, 1e-3, STEEL, hl.Supports("clamped", "clamped"), (1, 1)).at(0.1, 0.1),
             "the supports hold every degree of freedom",
         ),
-        (lambda: hl.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
-        (lambda: hl.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
-        (lambda: hl.critical_distance_bounds(BEAD, PLATE, impact_speed=0.0), "impact_speed = 0"),
+        (lambda: hl.theory.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
+        (lambda: hl.theory.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
+        (lambda: hl.theory.critical_distance_bounds(BEAD, PLATE, impact_speed=0.0), "impact_speed = 0"),
         (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
         (lambda: hl.mindlin_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
         (
@@ -140,7 +141,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (lambda: hl.kirchhoff_plate(0.3, 0.2, 2.0, MATERIAL, hl.Supports()), r"thickness = 2\.0: exceeds"),
         (
-            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, hl.homogeneous_section(3e-3, MATERIAL), hl.Supports()),
+            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, homogeneous_section(3e-3, MATERIAL), hl.Supports()),
             r"thickness = 0\.005: must be None or the section's own, 0\.003 m",
         ),
         (
@@ -149,7 +150,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
-        (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
+        (lambda: hl.theory.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
         (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
         (lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),

@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 from scipy.special import j1
 
 import hertzlink as hl
+from plates.section import Section
 from structures.linear_algebra.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
@@ -28,7 +29,7 @@ def found(plate: hl.Plate, count: int) -> np.ndarray:
     return parameters(plate.at(0.45, 0.45), count, unit)
 
 
-def navier(section: hl.Section, wave_number: float) -> float:
+def navier(section: Section, wave_number: float) -> float:
     """ω² ρt/D of w = cos k x, s = ∇w/|∇w| · amplitude: two equations for the two amplitudes."""
     shear, k = section.shear[0, 0], wave_number
     stiffness = [[shear * k**2, -shear * k], [-shear * k, shear + section.bending[0, 0] * k**2]]

@@ -8,6 +8,7 @@ from independent.plates import levy
 
 import hertzlink as hl
 from plates.modal import modes_at
+from plates.section import homogeneous_section
 
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, BEAD, impact_speed=0.31)
@@ -115,7 +116,7 @@ def test_thickness_and_material_scale_frequencies_and_motion() -> None:
     assert other.origin["at"] == list(place)
     assert "face" not in other.origin
     assert ratio(other) != pytest.approx(ratio(usual), abs=1e-2)
-    thick = replace(plate_of(0.2, 0.15, edges, frequency=200e3), section=hl.homogeneous_section(3e-3, foil))
+    thick = replace(plate_of(0.2, 0.15, edges, frequency=200e3), section=homogeneous_section(3e-3, foil))
     assert ratio(other) == pytest.approx(ratio(hl.reduce(thick.at(*place), UNTIL, 1e-3, 1200)), abs=1e-4)
     # r = 3 times as fast, 54 times as stiff: 54 ŵ(r s) is the other's ŵ(s).
     s = 2.0 * np.pi * 40e3

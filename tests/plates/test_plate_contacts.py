@@ -180,8 +180,8 @@ def test_each_contact_sees_the_ply_that_it_touches() -> None:
         assert plate.at(0.1, 0.1, "back").surface.material == hl.PTFE
     assert body.flexibility[0] != body.flexibility[1]
     assert not np.allclose(body.contact[:, 0], -body.contact[:, 1], rtol=1e-6, atol=0.0)
-    given_surface = hl.kirchhoff_plate(0.2, 0.2, None, replace(wall, surface=hl.COPPER), SIMPLE)
-    assert given_surface.at(0.1, 0.1, "back").surface.material == hl.COPPER
+    given_surface = hl.kirchhoff_plate(0.2, 0.2, None, replace(wall, surface=hl.MATERIALS["copper"]), SIMPLE)
+    assert given_surface.at(0.1, 0.1, "back").surface.material == hl.MATERIALS["copper"]
 
 
 @pytest.mark.parametrize("name", ["kirchhoff_plate", "mindlin_plate"])

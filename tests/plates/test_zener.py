@@ -190,8 +190,8 @@ def test_arrays_keep_their_shape() -> None:
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3).time_of_flight(0), "beads = 0"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3).time_of_flight(13, float("nan")), "striker_speed = nan"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.0).time_of_flight(13, 0.3), r"impact_speed = 0\.0"),
-        (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, wave_speeds=(1e3,)), "must be two speeds"),  # type: ignore[arg-type]
-        (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, wave_speeds=(1e3, -1.0)), r"wave_speeds = -1\.0"),
+        (lambda: hl.theory.critical_distance_bounds(BEAD, PLATE, 0.3, wave_speeds=(1e3,)), "must be two speeds"),  # type: ignore[arg-type]
+        (lambda: hl.theory.critical_distance_bounds(BEAD, PLATE, 0.3, wave_speeds=(1e3, -1.0)), r"wave_speeds = -1\.0"),
     ],
 )
 def test_bad_input(call: Callable[[], object], message: str) -> None:
