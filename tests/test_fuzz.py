@@ -142,3 +142,31 @@ def test_a_fault_of_a_case_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
     for read, fault in ((raw, "KeyError"), (several_lines, "no place")):
         assert (fuzz_cases.attempt({}, False, read) or "").startswith(fault)
+
+
+@pytest.mark.thorough
+def test_good_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each target by itself is right, or the search would try one argument of a call that fails at another."""
+    monkeypatch.chdir(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        table = targets()
+    faults = {name: fuzz.attempt(target, {}, parameters()) for name, target in table.items()}
+    assert {name: fault for name, fault in faults.items() if fault} == {}
+
+
+@pytest.mark.thorough
+def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of closed forms; `python tests/fuzz.py` searches runs, structures, plates and pictures, some calls of which last
+    seconds."""
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    monkeypatch.chdir(inside)  # some targets write files
+    closed_forms = [name for name in targets() if name.startswith(ROOMS)]
+
+    @given(st.data())
+    @settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
+    def search(data: Any) -> None:
+        bad_call(data, closed_forms)
+
+    search()

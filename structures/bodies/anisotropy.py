@@ -39,9 +39,9 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     """
     e, nu = numbers("moduli", moduli), numbers("poisson_ratios", poisson_ratios)
     g = numbers("shear_moduli", shear_moduli)
-    for name, three, least in (("moduli", e, 0.0), ("poisson_ratios", nu, -np.inf), ("shear_moduli", g, 0.0)):
+    for name, three, least in (("moduli", e, 1.0), ("poisson_ratios", nu, -np.inf), ("shear_moduli", g, 1.0)):
         if three.shape != (3,) or three.min() <= least:
-            raise ValueError(f"{name} = {three.tolist()}: must be three {'positive ' * (least == 0.0)}numbers")
+            raise ValueError(f"{name} = {three.tolist()}: must be three numbers{' above 1 Pa' * (least == 1.0)}")
     compliance = np.diag(np.concatenate([1.0 / e, 1.0 / g]))
     for (i, j), ratio in zip(((1, 2), (0, 2), (0, 1)), nu, strict=True):
         compliance[i, j] = compliance[j, i] = -ratio / e[i]

@@ -18,7 +18,7 @@ from structures.quantities import Asks, Count, OneOf, Side, Thickness
 from structures.structure import Structure
 from structures.surface import Surface
 
-MOST_ELEMENTS = 1_000_000  # In a whole rod: beyond it a wrong unit is more likely than a real need
+MOST_ELEMENTS = 100_000  # In a whole rod: beyond it a wrong unit is more likely than a real need
 
 STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) / 3.0
 # Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle
