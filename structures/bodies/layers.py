@@ -47,11 +47,10 @@ def closed_form(function: Form) -> Form:
         bound = parameters.bind(*arguments, **named)
         for name, value in bound.arguments.items():
             bound.arguments[name] = each(OTHER_RANGES.get(name, positive), name, value, UNITS.get(name, ""))
-        shapes = {name: np.shape(value) for name, value in bound.arguments.items()}
         try:
-            np.broadcast_shapes(*shapes.values())
+            np.broadcast_shapes(*map(np.shape, bound.arguments.values()))
         except ValueError as error:
-            raise ValueError(f"{', '.join(f'{name} has shape {one}' for name, one in shapes.items())}: {error}") from None
+            raise ValueError(f"{', '.join(bound.arguments)}: {error}") from None
         result = function(*bound.args, **bound.kwargs)
         return float(result) if np.ndim(result) == 0 else result
 
