@@ -16,7 +16,14 @@ ENVIRONMENT = {
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line, with settings for all that it loads and starts."""
-    open_closed_streams()
+    # Services and pythonw close standard streams; another file would get their numbers, and with them what is printed.
+    while (handle := os.open(os.devnull, os.O_RDWR)) < 3:
+        os.set_inheritable(handle, True)
+    os.close(handle)
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115
+
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     # A notebook names a backend that need not be installed here; figures go to files.
@@ -32,19 +39,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"hertzlink: {error}", file=sys.stderr)  # noqa: T201
         sys.exit(2)
     cli.main(arguments)
-
-
-def open_closed_streams() -> None:
-    """Open standard streams that the caller closed, as services and pythonw do.
-
-    Otherwise another file would get their numbers, and with them what is printed.
-    """
-    while (handle := os.open(os.devnull, os.O_RDWR)) < 3:
-        os.set_inheritable(handle, True)
-    os.close(handle)
-    for name in ("stdin", "stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115
 
 
 if __name__ == "__main__":

@@ -1,29 +1,77 @@
-"""The command line: it collects the commands, and turns errors into one line and an exit code."""
+"""The command line: the commands that take a case file, and errors as one line and an exit code.
+
+What reads cases is loaded by the commands themselves, so that the others stay fast.
+"""
 
 import errno
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
+from importlib import import_module
 from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
 import click
-import joblib
 
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
-from hertzlink.cases.paths import CaseError
-from hertzlink.commands.case_commands import COMMANDS
-from hertzlink.commands.explore_command import explore_case
-from hertzlink.commands.precice_command import precice_case
-from hertzlink.commands.signal_command import show_signal
-from hertzlink.commands.study_command import draw_study, run_study
-from hertzlink.terminal import WRONG_INPUT, complain, set_up
+from hertzlink.cases.source import CaseError
+from hertzlink.output import WRONG_INPUT, check_output, complain, printable, say, set_up, show, write_folder, written
+
+if TYPE_CHECKING:
+    from hertzlink.cases.case import Case
+    from hertzlink.cases.tables import Answer
 
 FAILED, STOPPED = 1, 130
 """Exit codes of a computation that failed, and after Ctrl-C. A command may return one of its own."""
 
+FORMATS = ("png", "svg", "pdf")
+"""Of figures that are files."""
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+LATER = {
+    "explore": "explore_command.explore_case",
+    "precice": "precice_command.precice_case",
+    "signal": "signal_command.show_signal",
+    "study": "study_command.run_study",
+    "draw": "study_command.draw_study",
+}
+"""Commands of modules that are loaded when they are named."""
+
+CHANGES = click.option(
+    "--set", "changes", metavar="ENTRY=VALUE", multiple=True,
+    help='Change an entry of the case, such as structure.thickness="1 mm". May be repeated.',
+)  # fmt: skip
+WITH = click.option(
+    "--with", "parts", metavar="FILE.py", multiple=True, type=click.Path(path_type=Path),
+    help="A file of Python with parts of your own (@hl.described) that the case uses; its code runs. May be repeated.",
+)  # fmt: skip
+FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
+FIGURES = click.option(
+    "--figures", "form", type=click.Choice(FORMATS), help="Also write the figures of the report as files."
+)
+JOBS = click.option(
+    "--jobs", metavar="NUMBER", type=click.IntRange(min=1), help="Number of processes; by default one for each core."
+)
+
+
+class Commands(click.Group):
+    """Commands, some of which are loaded when they are named."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        return sorted({*self.commands, *LATER})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command; None where there is none."""
+        if cmd_name in LATER:
+            module, name = LATER[cmd_name].split(".")
+            self.add_command(getattr(import_module(f"hertzlink.commands.{module}"), name))
+        return super().get_command(ctx, cmd_name)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(versions()["hertzlink"], prog_name="hertzlink")
 def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections.
@@ -32,26 +80,234 @@ def cli() -> None:
     """
 
 
+def output_option(default: str) -> Callable[[Any], Any]:
+    """Return --output, with the name that a folder gets otherwise."""
+    words = f"Folder for the results; by default {default}."
+    return click.option("--output", metavar="FOLDER", type=click.Path(path_type=Path), help=words)
+
+
+def of_case(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command that takes a case file: the function gets the file's name, the Case and further options.
+
+    Its Faults get the file and line of their entry.
+    """
+
+    @wraps(function)
+    def command(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], **others: Any) -> Any:
+        from hertzlink.cases.case import read
+        from hertzlink.cases.source import Fault
+
+        full_case, source = read(case, changes, parts)
+        try:
+            return function(case, full_case, **others)
+        except Fault as fault:
+            raise source.error(fault) from None
+
+    return click.argument("case", metavar="CASE.toml", type=click.Path())(CHANGES(WITH(command)))
+
+
+@cli.command(short_help="Run a case: one run, a sweep or a critical distance.")
+@of_case
+@output_option("CASE, for CASE.toml")
+@FORCE
+@JOBS
+@FIGURES
+def run(name: str, case: "Case", output: Path | None, force: bool, jobs: int | None, form: str | None) -> None:
+    """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table.
+
+    AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
+    sensor.
+    """
+    from hertzlink.cases.tables import report, run_both
+    from hertzlink.cases.tasks import task_of
+
+    task = task_of(case)
+    folder = output or Path(Path(name).stem)
+    write_results(name, case, folder, force, lambda: report(task, *run_both(task, jobs)), task.sensors, form)
+
+
+def write_results(
+    name: str,
+    case: "Case",
+    folder: Path,
+    force: bool,
+    work: Callable[[], "Answer"],
+    sensors: Sequence[int] | None = None,
+    form: str | None = None,
+) -> int:
+    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table.
+
+    Returns the exit code. form: of the report's figures as files; None for no such files.
+    """
+    from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
+    from hertzlink.cases.case import of_case
+    from hertzlink.reports.page import default_style, html
+    from hertzlink.reports.report import page_of
+    from structures.caution import collected
+
+    began = perf_counter()
+    check_output(folder, force)
+    findings: list[str] = []
+    text = ""
+    try:
+        with collected() as findings:
+            done = work()
+        text = of_case(done.text)
+    finally:
+        # What the table's notes say is not said twice.
+        said = " ".join(text.split())
+        warn([finding for finding in one_of_each(list(map(of_case, findings))) if finding not in said])
+    data = with_warnings(done.data, [of_case(finding) for finding in (*findings_of(done.data), *findings)])
+    took = perf_counter() - began
+
+    def write(into: Path) -> None:
+        (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+        for file, content in {"table.txt": printable(text) + "\n", "case.toml": case.to_toml(), **done.files}.items():
+            (into / file).write_text(content, encoding="utf-8")
+        try:
+            page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
+            page.title = case.title or f"{page.title}: {printable(Path(name).stem)}"
+            (into / "report.html").write_text(html(page), encoding="utf-8")
+            with default_style():
+                for picture in page.pictures if form else ():
+                    picture.figure.savefig(into / f"{picture.name}.{form}")
+        except (OSError, RuntimeError, ValueError) as error:
+            # The numbers have taken long. Fonts or programs that figures need may be missing.
+            complain(f"warning: the report is not complete: {error}")
+
+    write_folder(folder, write, force)
+    show(text)
+    written(folder)
+    return done.code
+
+
+@cli.command(short_help="Check a case without running it; estimate its time.")
+@of_case
+def check(name: str, case: "Case") -> None:
+    """Check a case without running it. Prints what would be run, and an estimate of the time that it takes."""
+    from hertzlink.cases.check import outlook
+    from hertzlink.cases.tasks import task_of
+
+    say(outlook(task_of(case)))
+
+
+@cli.command(short_help="Find unknowns of a case from a measured trace.")
+@of_case
+@click.argument("trace", metavar="TRACE", type=click.Path(path_type=Path))
+@output_option("CASE-found, for CASE.toml")
+@FORCE
+@FIGURES
+def identify(name: str, case: "Case", trace: Path, output: Path | None, force: bool, form: str | None) -> int:
+    """Find the unknowns of a case from a measured trace, with 95 % intervals.
+
+    The exit code is 3 where results are written, but an unknown is not identified: the model does not fit, the signal
+    does not determine the unknown, or it is at the end of its range.
+
+    TRACE is a file of an oscilloscope or recorder, text or binary, with the voltage or force of each sensor over time.
+    A file without times needs --set identify.interval="0.5 us". The section [identify] of the case names the columns
+    and the unknowns; `hertzlink new identify` writes an example of both files.
+    """
+    from hertzlink.cases.identification import answer_of, fit, question_of, signal_of
+
+    question = question_of(case)
+    signal = signal_of(question, trace)
+    folder = output or Path(f"{Path(name).stem}-found")
+
+    def work() -> "Answer":
+        return answer_of(question, fit(question, signal, trace))
+
+    return write_results(name, case, folder, force, work, form=form)
+
+
+@cli.command("map", short_help="Identify, or read AR and TOF, at the points of a grid.")
+@of_case
+@click.argument("table", metavar="FOLDER", type=click.Path(path_type=Path))
+@output_option("CASE-map, for CASE.toml")
+@FORCE
+@JOBS
+@FIGURES
+def map_of_case(
+    name: str, case: "Case", table: Path, output: Path | None, force: bool, jobs: int | None, form: str | None
+) -> int:
+    """Map a structure: identify the unknowns of a case at each point of a grid, or read AR and TOF.
+
+    \b
+    FOLDER holds points.csv, and the files of a scope that it names, one for
+    each tap. FOLDER may also be the table itself:
+      x = structure.distance / mm, y / mm, file
+      15, 0, tap-01.csv
+    Lines with the same x and y are taps of one point. A column named by an
+    entry of the case, here x, sets it at each point; that is optional.
+
+    Without a section [identify] AR and TOF are read; columns 1, 2 and so on of a file are then the sensors of
+    [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
+    from which the same command continues; answers of points that did not fail stay there until all points have one.
+    """
+    from hertzlink.cases.maps import grid_of, map_of
+
+    folder = output or Path(f"{Path(name).stem}-map")
+    parts = folder.with_name(f"{folder.name}.parts")
+    grid = grid_of(case, table)
+    code = write_results(name, case, folder, force, lambda: map_of(case, grid, parts, jobs), form=form or "png")
+    if not code:
+        for file in parts.glob("*.nc"):
+            file.unlink()
+        if not any(parts.iterdir()):
+            parts.rmdir()
+    return code
+
+
+class Kinds(click.Command):
+    """The command, whose help lists the kinds of cases with the first line of each."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the kinds."""
+        from hertzlink.cases.templates import KINDS, template
+
+        with formatter.section("Kinds"):
+            formatter.write_dl([(kind, template(kind).splitlines()[0].removeprefix("# ")) for kind in KINDS])
+
+
+@cli.command(cls=Kinds, short_help="Write a first case file, with comments.")
+@click.argument("kind", metavar="KIND", default="")
+@click.argument("path", metavar="[PATH]", type=click.Path(path_type=Path), required=False)
+def new(kind: str, path: Path | None) -> None:
+    """Write a first case file, with comments, that runs as it stands. PATH is by default KIND.toml."""
+    from hertzlink.cases.templates import write_new
+
+    say("\n".join(write_new(kind, path)))
+
+
+@cli.command(short_help="Print the JSON schema of case files, for editors.")
+@WITH
+def schema(parts: tuple[Path, ...]) -> None:
+    """Print the JSON schema of case files. With it, editors complete and check the entries of a case."""
+    import json
+
+    from hertzlink.cases.case import load
+    from hertzlink.cases.schema import schema
+
+    load(parts)
+    click.echo(json.dumps(schema(), indent=2, ensure_ascii=False))
+
+
 @cli.command()
 def info() -> None:
     """Show the versions, threads and folders of this installation."""
+    from joblib import cpu_count
     from numba import get_num_threads
 
     from structures.kernels.compiling import FOLDER
 
     facts = {
         **versions(),
-        "processes": joblib.cpu_count(),
+        "processes": cpu_count(),
         "threads": f"{get_num_threads()} (numba)",
         "installed in": Path(__file__).resolve().parent.parent,
         "kernel cache": FOLDER,
     }
     for name, value in facts.items():
         click.echo(f"{name:14s} {value}")
-
-
-for command in (*COMMANDS, explore_case, precice_case, show_signal, run_study, draw_study):
-    cli.add_command(command)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -65,29 +321,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
             signal.signal(getattr(signal, name), signal.default_int_handler)
     set_up()
     try:
-        code = cli.main(arguments, prog_name="hertzlink", standalone_mode=False)
+        sys.exit(cli.main(arguments, prog_name="hertzlink", standalone_mode=False))
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
-        code = WRONG_INPUT
+        sys.exit(WRONG_INPUT)
     except click.ClickException as error:
-        complain(error.format_message())
-        code = WRONG_INPUT
+        words, code = error.format_message(), WRONG_INPUT
     except OSError as error:
         # A full disk names the file of results; without a name it is what is printed.
         printing = error.errno == errno.ENOSPC and error.filename is None
         place = "standard output" if printing else error.filename
-        words = error.strerror or str(error)
-        complain(words if place is None else f"{place}: {words}")
-        code = WRONG_INPUT
+        reason = error.strerror or str(error)
+        words, code = (reason if place is None else f"{place}: {reason}"), WRONG_INPUT
     except ValueError as error:
+        words, code = str(error), WRONG_INPUT
         # The message of a case begins with its file and line, where editors look for them.
-        complain(str(error), "" if isinstance(error, CaseError) else "hertzlink: ")
-        code = WRONG_INPUT
+        if isinstance(error, CaseError):
+            complain(words, "")
+            sys.exit(code)
     except (FloatingPointError, NotConverged) as error:
-        complain(str(error))
-        code = FAILED
+        words, code = str(error), FAILED
     except (click.Abort, KeyboardInterrupt) as error:
         # click wraps an interrupt, which may say what was kept.
-        complain(str(error.__cause__ or error) or "stopped; nothing was written")
-        code = STOPPED
+        words, code = str(error.__cause__ or error) or "stopped; nothing was written", STOPPED
+    complain(words)
     sys.exit(code)

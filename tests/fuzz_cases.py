@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from hertzlink.cases.case import read
-from hertzlink.cases.paths import CaseError, Fault, as_toml
+from hertzlink.cases.source import CaseError, Fault, as_toml
 from hertzlink.cases.tasks import task_of
 from structures.caution import collected
 

@@ -4,17 +4,16 @@ import os
 import signal
 import tomllib
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
-import h5py  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 import skfem
-import xarray as xr
 from skfem.io.meshio import to_meshio
 
 from hertzlink.cases.case import Case, read
-from hertzlink.cases.paths import Fault
+from hertzlink.cases.source import Fault
 from hertzlink.cases.tasks import task_of
 from hertzlink.cases.templates import template
 from hertzlink.cli import main
@@ -83,8 +82,6 @@ WRONG_RODS = [
     ("[run]", "[run]\nend = 1", 15, "run.end: is no entry here"),
     ('radius = "9.5 mm" },\n]', 'raduis = "9.5 mm" },\n]', 11, "structure.layers[1].raduis: is no entry here; did you mean radius?"),
     ("impact_speed", "velocity", 5, "chain.velocity: is no entry here; must be one of "),
-    ("until =", "duration =", 15, "run.duration: is no entry here; must be one of "),
-    ('"PTFE"', '{ like = "PTFE", E = 1e9 }', 11, "material.E: is no entry here; must be one of like, youngs_modulus"),
     ('"9.53 mm"', '"9.53 Mm"', 3, 'chain.bead.diameter: "9.53 Mm": half of it must lie between 1e-09 and 1e+06 m'),
     ("[run]", "[Run]", 14, "Run: is no entry here; did you mean run?"),
     # What is missing.
@@ -101,34 +98,24 @@ WRONG_RODS = [
     # Materials.
     ('"PTFE"', '"PFTE"', 11, 'structure.layers[1].material: "PFTE" is no material; did you mean PTFE?'),
     ('"PTFE"', '"steal"', 11, '"steal" is no material; did you mean steel 316 or steel 440C?'),
-    ('"PTFE"', '"Alluminium"', 11, '"Alluminium" is no material; did you mean aluminium 6061?'),
     ('"PTFE"', '"unobtainium"', 11, '"unobtainium" is no material; must be one of steel 316, steel 440C'),
     ('"PTFE"', "7", 11, "structure.layers[1].material: 7 must be the name of a material"),
-    ('"PTFE"', '{ like = "stel 316", density = 8000 }', 11, 'layers[1].material.like: "stel 316" is no material; did you mean steel 316?'),
     ('"PTFE"', "{ youngs_modulus = 1e9 }", 11, "structure.layers[1].material.poisson_ratio: is missing; give a number"),
     ('"PTFE"', '{ like = "PTFE", poisson_ratio = 0.6 }', 11, "material.poisson_ratio: 0.6 must lie between -1 and 0.5"),
     ('"PTFE"', '{ like = "PTFE", yungs_modulus = 1e9 }', 11, "material.yungs_modulus: is no entry here; did you mean youngs_modulus?"),
     ('"PTFE"', '{ like = "PTFE", density = "-3 kg/m^3" }', 11, 'material.density: "-3 kg/m^3" must be a positive number of kg/m³'),
     ("[chain]", "[materials.glue]\nyoungs_modulus = 1e9\n[chain]", 1, "materials.glue.poisson_ratio: is missing"),
-    ("[chain]", "[materials.glue]\nyoungs_modulus = '1 Gpa'\n[chain]", 2, 'materials.glue.youngs_modulus: "1 Gpa"'),
     # Units.
     ('"9.53 mm"', '"9.53 mn"', 3, 'chain.bead.diameter: "9.53 mn": "mn" is no unit'),
     ('"9.53 mm"', '"9.53 kg"', 3, '"kg" is no unit of this quantity; must be a length, such as 2.29 mm, or a number in m'),
     ('"9.53 mm"', '"9.53"', 3, 'chain.bead.diameter: "9.53" has no unit; must be a length'),
     ('"9.53 mm"', '"9,53 mm"', 3, '"9,53 mm" must be a length, such as 2.29 mm, or a number in m; write a decimal point'),
     ('"9.53 mm"', '"about 9 mm"', 3, '"about 9 mm" must be a length'),
-    ('"9.53 mm"', '"9**9**9 mm"', 3, '"**9**9 mm" is no unit'),
-    ('"9.53 mm"', '"1e999 m"', 3, '"1e999 m" is not finite'),
     ('"9.53 mm"', "nan", 3, "chain.bead.diameter: nan is not finite"),
     ('"9.53 mm"', "true", 3, "chain.bead.diameter: true must be a length"),
-    ('"9.53 mm"', "[1, 2]", 3, "chain.bead.diameter: [1, 2] must be a length"),
     ('"0.3 m/s"', '"0.3 m s"', 5, 'chain.impact_speed: "0.3 m s": "m s" is no unit of this quantity; must be a speed'),
-    ('"0.1 ms"', '"0.1 mS"', 15, 'run.until: "0.1 mS": "mS" is no unit of this quantity'),
-    ('"0.1 ms"', '"20 degC"', 15, 'run.until: "20 degC": "degC" is no unit of this quantity'),
     # Kinds.
     ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is no kind; did you mean rod?'),
-    ('kind = "rod"', 'kind = "plate"', 8, '"plate" is no kind; did you mean infinite_plate or kirchhoff_plate or mindlin_plate?'),
-    ('kind = "rod"', 'kind = "Cylindr"', 8, '"Cylindr" is no kind; did you mean layered_cylinder?'),
     ('kind = "rod"', 'kind = "drum"', 8, 'structure.kind: "drum" is no kind; must be one of nothing, beam'),
     ('kind = "rod"', "kind = 7", 8, "structure.kind"),
     ('shape = "sphere"', 'shape = "spere"', 3, 'chain.bead.shape: "spere" is no shape; did you mean sphere?'),
@@ -140,24 +127,18 @@ WRONG_RODS = [
     # Types.
     ("beads = 8", 'beads = "8"', 2, 'chain.beads: "8" must be a whole number of beads, such as 20, or a list of beads'),
     ("beads = 8", "beads = 8.5", 2, "chain.beads: 8.5 must be a whole number of beads"),
-    ("beads = 8", "beads = 0", 2, "chain.beads: 0 must be at least 1"),
-    ("beads = 8", "beads = []", 2, "chain.beads: [] has 0 entries; must have at least 1"),
     ("beads = 8", "beads = 8\nrepeat = 100000000", 3, "chain.repeat: 100000000 must be at most"),
     ("beads = 8", "beads = 5000\nrepeat = 50000", 3, "chain.repeat: 50000 makes 250000000 beads"),
     ("beads = 8", "beads = [7]", 2, "chain.beads[0]: 7 must be a table"),
     ('striker = "bead"', "striker = 3", 4, 'chain.striker: 3 must be "bead", "none"'),
-    ('striker = "bead"', 'striker = "bed"', 4, 'chain.striker: "bed" is not possible; did you mean bead?'),
     ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is no kind; did you mean spring_loaded?'),
-    ("[chain]", "[[chains]]", 1, "chains: is no entry here; did you mean chain?"),
     # What hertzlink's objects refuse.
     ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
     ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),
     ('"0.3 m/s"', '"0 m/s"', 5, 'chain.impact_speed: "0 m/s" must be a positive number of m/s'),
     ('"0.3 m/s"', '"0.3 m/s"\ndrop_height = "1 cm"', 6, "chain.drop_height: gives the impact speed; leave out impact_speed"),
     ("beads = 8", 'beads = 8\ninclination = 45', 3, "chain.inclination: 45.0 must lie between -2π and 2π"),
-    ("beads = 8", "beads = 8\ngravity = -9.81", 3, "chain.gravity: -9.81 must be zero or a positive number of m/s²"),
     ("beads = 8", 'beads = 8\ndissipation = { kind = "restitution", coefficient = 1.2 }', 3, "chain.dissipation.coefficient: 1.2 must lie between 0.01 and 1"),
-    ("beads = 8", 'beads = 8\nlaw = { kind = "power_law", stiffness = -1 }', 3, "chain.law.stiffness: -1.0 must be a positive number"),
     ('striker = "bead"\nimpact_speed = "0.3 m/s"', 'striker = { kind = "spring_loaded", stiffness = -2, compression = "1 mm" }', 4, "chain.striker.stiffness: -2.0 must be a positive number of N/m"),
     ('length = "20 mm", radius = "9.5 mm" },\n]', 'length = "0 mm", radius = "9.5 mm" },\n]', 11, 'structure.layers[1].length: "0 mm" must be a positive number of m'),
     ('kind = "rod"', 'kind = "rod"\nelements = 10000000', 9, "structure.elements: 20000000 are too many"),
@@ -167,7 +148,6 @@ WRONG_RODS = [
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor, parallel"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 us"\nadaptive = { tolerance = 1e-4 }', 17, "run.adaptive: sets the windows; leave out window"),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "aitken", relaxation = 2 }', 16, "run.scheme.relaxation: 2.0 must lie between 0 and 2"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "aitkin" }', 16, 'run.scheme.kind: "aitkin" is no kind; did you mean aitken?'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nreduce = "yes"', 16, 'run.reduce: "yes" must be true, false, or a table'),
     # What does not fit together.
@@ -175,19 +155,15 @@ WRONG_RODS = [
     ("[run]", "[measure]\nsensor = 0\n[run]", 15, "measure.sensor: 0 must be at least 1"),
     ("[run]", "[measure]\nsensors = [3, 9]\n[run]", 15, "measure.sensors[1]: 9 is no bead"),
     ("[run]", "[measure]\nsensors = [3, 3]\n[run]", 15, "measure.sensors: names a bead twice"),
-    ("[run]", "[measure]\nsensors = [3]\nsensor = 3\n[run]", 15, "measure.sensors: give sensor or sensors alone"),
     ("[chain]", 'extends = "none.toml"\n[chain]', 1, 'extends: there is no file "none.toml"'),
     ("[chain]", 'extends = "case.toml"\n[chain]', 1, 'extends: "case.toml" leads back to this file'),
     ("[chain]", "extends = 3\n[chain]", 1, "extends: must be the name of a case file"),
     # Uncertainties.
     ("[run]", '[sensitivities]\n"structure.layers[1].length" = "2 N"\n[run]', 15, '"2 N": "N" is no unit of this quantity; the entry is in m'),
     ("[run]", '[sensitivities]\n"structure.layers[1].length" = "-1 %"\n[run]', 15, '"-1 %" must be a standard uncertainty, such as "0.02 mm"'),
-    ("[run]", '[sensitivities]\n"structure.layers[1].length" = "soft"\n[run]', 15, '"soft" must be a standard uncertainty'),
     ("[run]", '[sensitivities]\n"chain.beads" = "1 %"\n[run]', 15, "8 must be a number other than zero, and no count"),
     ("[run]", '[sensitivities]\n"chain.gravity" = "1 %"\n[run]', 15, "is not written in the case; give its value there first"),
-    ("[run]", '[sensitivities]\n"chain.gravty" = "1 %"\n[run]', 15, 'sensitivities."chain.gravty": is no entry here; did you mean gravity?'),
     ("[run]", '[sensitivities]\n"structure.layers[1].material.poissons_ratio" = "1 %"\n[run]', 15, "is no entry here; did you mean poisson_ratio?"),
-    ("[run]", '[sensitivities]\n"structure.layers[7].length" = "1 %"\n[run]', 15, "structure.layers has 2 entries, counted from 0, so no entry [7]"),
     ("[run]", '[sensitivities]\nchain.bead.diameter = "0.02 mm"\n[run]', 15, 'sensitivities.chain: a path belongs in quotes: "chain.bead.diameter" = …'),
     ("[run]", '[sweep]\nchain.impact_speed = { from = 1, to = 2, step = 1 }\n[run]', 15, 'sweep.chain: a path belongs in quotes: "chain.impact_speed" = …'),
     ("[run]", '[sensitivities]\n"run.until" = "1 %"\n[run]', 15, '"run.until" cannot be varied'),
@@ -195,16 +171,14 @@ WRONG_RODS = [
 ]  # fmt: skip
 
 WRONG_PLATES = [
-    ('thickness = "2 mm"', 'wall = { bending = [[1.0]] }', 10, "structure.wall.shear: is missing; give two rows of two numbers, N/m"),
-    ('thickness = "2 mm"', 'wall = { plies = [], thickness = "2 mm" }', 10, "structure.wall.thickness: is no entry here; must be one of plies, surface"),
-    ('thickness = "2 mm"', 'wall = { plies = [{ material = "PTFE", thickness = "1 kg" }] }', 10, 'structure.wall.plies[0].thickness: "1 kg": "kg" is no unit'),
-    ('thickness = "2 mm"', 'wall = { plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 10, 'structure.wall.surface: "PTFF" is no material; did you mean PTFE?'),
+    ('"aluminium 6061"', '{ bending = [[1.0]] }', 11, "structure.material.shear: is missing; give two rows of two numbers, N/m"),
+    ('"aluminium 6061"', '{ plies = [], thickness = "2 mm" }', 11, "structure.material.thickness: is no entry here; must be one of plies, surface"),
+    ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 kg" }] }', 11, 'structure.material.plies[0].thickness: "1 kg": "kg" is no unit'),
+    ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 11, 'structure.material.surface: "PTFF" is no material; did you mean PTFE?'),
     ('"aluminium 6061"', '"alumnium 6061"', 11, 'structure.material: "alumnium 6061" is no material; did you mean aluminium 6061?'),
     ('left = "clamped"', 'left = "glued"', 12, 'structure.supports.left: "glued" is not possible; must be one of clamped, simple'),
-    ('left = "clamped"', "left = 3", 12, 'structure.supports.left: 3 must be "clamped", "simple"'),
     ('left = "clamped"', 'lft = "clamped"', 12, "structure.supports.lft: is no entry here; did you mean left?"),
     ('at = ["60 mm", "100 mm"]', 'at = ["60 mm"]', 13, "structure.at: ['60 mm'] has 1 entry; must have 2"),
-    ('at = ["60 mm", "100 mm"]', 'at = ["60 mm", "900 mm"]', 13, "structure.at"),
     ('at = ["60 mm", "100 mm"]', 'at = "middle"', 13, 'structure.at: "middle" must be a list'),
     ('at = ["60 mm", "100 mm"]', "", 6, "structure.at: is missing; give the point that is struck"),
     ('kind = "kirchhoff_plate"', 'kind = "kirchoff_plate"', 7, '"kirchoff_plate" is no kind; did you mean kirchhoff_plate?'),
@@ -217,7 +191,6 @@ WRONG_PLATES = [
     ('["2 mm", "3 mm"]', "[]", 19, 'sweep."structure.thickness": [] has 0 entries; must have at least 1'),
     ('["2 mm", "3 mm"]', '"2 mm"', 19, 'sweep."structure.thickness": "2 mm" must be a list of values'),
     ('"structure.thickness" =', '"run.until" =', 19, 'sweep."run.until": "run.until" cannot be varied'),
-    ('"structure.thickness" =', '"structure.thickness[" =', 19, "is no path of an entry"),
     ('"structure.thickness" =', '"structure.layers[0].length" =', 19, "sweep"),
     (', step = "20 mm" }', " }", 20, 'sweep."structure.at[0]": needs a step, such as step = "10 mm", or else a count'),
     ('step = "20 mm" }', 'step = "-20 mm" }', 20, 'sweep."structure.at[0]".step: "-20 mm" must be positive'),
@@ -228,12 +201,10 @@ WRONG_PLATES = [
     ('along = "structure.at[0]"', 'along = "structure.at[1]"', 24, 'measure.critical_distance.along: "structure.at[1]" is no axis of [sweep]; take one of them: structure.thickness'),
     ('along = "structure.at[0]", ', "", 24, "measure.critical_distance.along: is missing; give the path of an axis"),
     ('step = "20 mm"', 'step = "40 mm"', 24, "has too few distances in [sweep]; give 3 or more"),
-    ("sensor = 7", "sensor = 21", 23, "measure.sensor: 21 is no bead of a chain of 20"),
 ]  # fmt: skip
 
 WRONG_QUESTIONS = [
     ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is no bead; write { 7 = 1 }'),
-    ("7 = 1", "77 = 1", 27, "identify.sensors.77: 77 is no bead of a chain of 20"),
     ("7 = 1", "7 = -1", 27, "identify.sensors.7: -1 must be at least 0"),
     ("{ 7 = 1, 13 = 2 }", "{}", 27, "identify.sensors: is empty; write { 7 = 1 }"),
     ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is no unit of this quantity'),
@@ -242,35 +213,38 @@ WRONG_QUESTIONS = [
     ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2'),
     ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is no unit of this quantity'),
     ('"structure.thickness" = ["1', '"structure.thicknes" = ["1', 29, '"structure.thicknes" is no number of this case; [structure] has structure.length, structure.width, structure.thickness, '),
-    ('"structure.thickness" = ["1', '"structure.x" = ["1', 29, 'structure.thickness, structure.material.youngs_modulus, structure.material.poisson_ratio, structure.material.density, structure.at[0], structure.at[1]'),
     ('"structure.thickness" = ["1', '"structure.at" = ["1', 29, 'structure.at[0]'),
-    ('"structure.thickness" = ["1', '"structure.at[2]" = ["1', 29, '"structure.at[2]" is no number of this case; '),
     ('"structure.thickness" = ["1', '"structure.layers[0].length" = ["1', 29, '"structure.layers[0].length" is no number of this case; '),
     ('"structure.thickness" = ["1', '"chain.speed" = ["1', 29, '[chain] has chain.bead.diameter, chain.bead.material.youngs_modulus'),
     ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.width" = ["1 mm", "2 mm"], "structure.length" = ["a", "b"]', 29, "must be a length"),
-    ('"structure.thickness" = ["1', '"thickness" = ["1', 29, "cannot be varied; take an entry of [chain] or [structure]"),
-    ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.material" = ["PTFE", "nylon"]', 29, "is no number; only numbers can be unknown"),
+    ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.material" = ["PTFE", "nylon"]', 29, '"structure.material" is no number of this case'),
     ('"gain"', '"gains"', 30, 'identify.nuisances[1]: "gains" is none; take gain, offset, time_zero'),
     ('"gain"', '"chain.drop_height"', 30, '"chain.drop_height" has no value in the case; give it a range'),
     ("[identify]", "[identification]", 26, "identification: is no entry here; did you mean identify?"),
 ]  # fmt: skip
 
 
-def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """What a command that fails says; it says nothing else, and writes nothing."""
-    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
-    before = sorted(os.listdir())
-    with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
-        main(arguments)
-    signal.signal(signal.SIGTERM, handler)
-    warnings.formatwarning = form
-    out, err = capsys.readouterr()
-    assert end.value.code == 2, err
-    assert out == ""
-    assert err.count("\n") == 1, err
-    assert len(err) < 500
-    assert sorted(os.listdir()) == before
-    return err.strip()
+@pytest.fixture
+def complaint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """A command that fails, in an empty folder: what it says. It says nothing else, and writes nothing."""
+    monkeypatch.chdir(tmp_path)
+
+    def said(*arguments: str) -> str:
+        handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
+        before = sorted(os.listdir())
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+            main(arguments)
+        signal.signal(signal.SIGTERM, handler)
+        warnings.formatwarning = form
+        out, err = capsys.readouterr()
+        assert (end.value.code, out, err.count("\n")) == (2, "", 1), err
+        assert len(err) < 500
+        assert sorted(os.listdir()) == before
+        return err.strip()
+
+    return said
 
 
 @pytest.mark.parametrize(
@@ -280,33 +254,16 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     + [(PLATE, "identify", *one) for one in WRONG_QUESTIONS],
 )
 def test_a_wrong_case_is_one_line(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    base: str,
-    command: str,
-    good: str,
-    wrong: str,
-    line: int | None,
-    words: str,
+    complaint: Callable[..., str], base: str, command: str, good: str, wrong: str, line: int | None, words: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     assert good in base
     Path("case.toml").write_text(base.replace(good, wrong, 1))
     Path("trace.csv").write_text(
         "time,volt\n" + "".join(f"{1e-6 * i},{0.1 * (i % 7)},{0.2 * (i % 5)}\n" for i in range(99))
     )
-    said = complaint(capsys, command, "case.toml", *(["trace.csv"] if command == "identify" else ["--jobs", "1"]))
+    said = complaint(command, "case.toml", *(["trace.csv"] if command == "identify" else ["--jobs", "1"]))
     assert said.startswith("case.toml:" if line is None else f"case.toml:{line}: "), said
     assert words in said
-
-
-def test_a_hint_is_of_the_entry_and_not_of_its_section(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("case.toml").write_text(ROD.replace('until = "0.1 ms"', 'until = "0.1 ms"\nmost_steps = 0'))
-    assert complaint(capsys, "check", "case.toml").rstrip().endswith("run.most_steps: 0.0 must be a positive number")
 
 
 @pytest.mark.parametrize(
@@ -316,7 +273,7 @@ def test_a_hint_is_of_the_entry_and_not_of_its_section(
         ("structure.kind.of=1", "structure.kind is no table"),
         ("structure[0]=1", "structure is no list"),
         ("nonsense", 'has no "="'),
-        ("=3", "an empty path names nothing"),
+        ("=3", '"" is no path of an entry'),
         ("a..b=3", "is no path of an entry"),
         ("extends=x", "a change cannot extend another case"),
         ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is no unit of this quantity'),
@@ -332,14 +289,12 @@ def test_a_hint_is_of_the_entry_and_not_of_its_section(
         ("chain.bead.diameter=9.53e6", "9530000.0: half of it must lie between 1e-09 and 1e+06 m"),
         ("structure.layers[0].radius=1e9", "structure.layers[0].radius: "),
         ("chain.bead.contact_angle=9 deg", "chain.bead.contact_angle: is no entry here"),
+        ("run.most_steps=0", "run.most_steps: 0.0 must be a positive number"),
     ],
 )  # fmt: skip
-def test_a_wrong_change_is_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], change: str, words: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_wrong_change_is_one_line(complaint: Callable[..., str], change: str, words: str) -> None:
     Path("case.toml").write_text(ROD)
-    said = complaint(capsys, "run", "case.toml", "--set", change)
+    said = complaint("run", "case.toml", "--set", change)
     assert said.startswith("--set "), said
     assert words in said
     assert said.count(words.split(":")[0]) == 1
@@ -347,29 +302,23 @@ def test_a_wrong_change_is_one_line(
 
 UNQUOTED = [
     ("length = 300 mm", '300 mm is no value of TOML; write "300 mm" in quotes'),
-    ("length = 300mm # wide", '300mm is no value of TOML; write "300mm" in quotes'),
     ("at = [10 mm, 20 mm]", '10 mm is no value of TOML; write "10 mm" in quotes'),
     ('layers = [{ material = "PTFE", length = 9.5 mm }]', '9.5 mm is no value of TOML; write "9.5 mm" in quotes'),
-    ("calibration = 25 N/V", '25 N/V is no value of TOML; write "25 N/V" in quotes'),
     ("material = steel 440C", 'steel 440C is no value of TOML; write "steel 440C" in quotes'),
     ("bead = { shape = sphere }", 'sphere is no value of TOML; write "sphere" in quotes'),
     ("adaptive = True", "True is no value of TOML; write true"),
     ("radius = 4,76e-3", "4,76e-3 is no number; write 4.76e-3"),
     ('a = "300 mm" 2', "Expected newline or end of document after a statement; is no TOML"),
-    ("a = 3 # first\na = 4", "this entry or section is given twice; keep one of them"),
-    ("[run]\n[run]", "this entry or section is given twice; keep one of them"),
-    ("a = 3 apples", "Expected newline or end of document after a statement; is no TOML"),
+    ("a = 3 # first\na = 4", "this entry or section is given twice, first in line 2; keep one of them"),
+    ("[run]\n[run]", "this entry or section is given twice, first in line 2; keep one of them"),
     ("a = 1" + "0" * 5000, "Exceeds the limit"),
 ]
 
 
 @pytest.mark.parametrize(("line", "words"), UNQUOTED)
-def test_a_value_without_quotes_is_shown_with_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], line: str, words: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_value_without_quotes_is_shown_with_them(complaint: Callable[..., str], line: str, words: str) -> None:
     Path("case.toml").write_text(f"# a case\n{line}\n")
-    said = complaint(capsys, "check", "case.toml")
+    said = complaint("check", "case.toml")
     last = 2 + line.count("\n")
     assert said.startswith((f"case.toml:{last}: " if "Exceeds" not in words else "case.toml: ") + words)
 
@@ -384,19 +333,16 @@ def test_a_range_is_in_the_unit_of_the_case() -> None:
     ("name", "words"),
     [
         ("none.toml", "there is no such file"),
-        ("folder", "is a folder"),
+        ("folder", "cannot be read (Is a directory)"),
         ("binary.toml", "is no text in UTF-8"),
         ("/dev/zero", "has more than 1e+06 bytes"),
     ],
 )
-def test_a_file_that_cannot_be_read_is_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, words: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_file_that_cannot_be_read_is_one_line(complaint: Callable[..., str], name: str, words: str) -> None:
     Path("folder").mkdir()
     Path("binary.toml").write_bytes(b"\xff\xfe\x00case")
     for command in ("run", "check"):
-        assert complaint(capsys, command, name).startswith(f"{name}: {words}")
+        assert complaint(command, name).startswith(f"{name}: {words}")
 
 
 def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
@@ -418,7 +364,7 @@ SIGNALS = [
         "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a line is ",
     ),
     (samples(9), "trace.csv: holds 10 lines, must hold 16 samples or more"),
-    (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
+    (samples(100, begins=61), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
     (samples(900, ""), "trace.csv: the times count the samples, or their unit is missing; give time_unit="),
     (
@@ -430,15 +376,8 @@ SIGNALS = [
 
 
 @pytest.mark.parametrize(("content", "words"), SIGNALS)
-def test_a_wrong_signal_is_one_line(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    content: str | None,
-    words: str,
-) -> None:
+def test_a_wrong_signal_is_one_line(complaint: Callable[..., str], content: str | None, words: str) -> None:
     """It names the file, what was found and what would be right."""
-    monkeypatch.chdir(tmp_path)
     asked = """
         [identify]
         sensors = { 3 = 1, 6 = 2 }
@@ -448,32 +387,26 @@ def test_a_wrong_signal_is_one_line(
     Path("case.toml").write_text(ROD + asked.replace("        ", ""))
     if content is not None:
         Path("trace.csv").write_text(content)
-    said = complaint(capsys, "identify", "case.toml", "trace.csv")
+    said = complaint("identify", "case.toml", "trace.csv")
     assert said.startswith(f"hertzlink: {words}"), said
     assert ("are its times in µs? Then give time_unit = 'us'" in said) == ("too coarse" in said)
 
 
-def test_faults_of_the_file_below_are_named_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_faults_of_the_file_below_are_named_there(complaint: Callable[..., str]) -> None:
     Path("base.toml").write_text(ROD.replace('"PTFE"', '"PFTE"'))
     Path("case.toml").write_text('extends = "base.toml"\n[chain]\nbeads = 9\n')
-    assert complaint(capsys, "run", "case.toml").startswith("base.toml:11: structure.layers[1].material: ")
+    assert complaint("run", "case.toml").startswith("base.toml:11: structure.layers[1].material: ")
     Path("base.toml").write_text(ROD)
     Path("case.toml").write_text('extends = "base.toml"\n\n[chain]\nbeads = -9\n')
-    assert complaint(capsys, "run", "case.toml").startswith("case.toml:4: chain.beads: -9 ")
+    assert complaint("run", "case.toml").startswith("case.toml:4: chain.beads: -9 ")
     Path("case.toml").write_text('extends = "base.toml"\n[structure]\nkind = "wall"\n')
-    assert complaint(capsys, "run", "case.toml") == (
+    assert complaint("run", "case.toml") == (
         'case.toml:2: structure.material: is missing; give a material, such as "aluminium 6061"'
     )
 
 
-def test_a_case_leaves_out_what_the_file_below_has(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_case_leaves_out_what_the_file_below_has(complaint: Callable[..., str]) -> None:
     """Sections and entries of any depth, by their paths; what is not there is refused by its line."""
-    monkeypatch.chdir(tmp_path)
     Path("base.toml").write_text(
         ROD + '\n[measure]\nsensor = 3\ntraces = true\n[sweep]\n"chain.gravity" = [0.0, 9.81]\n'
     )
@@ -484,82 +417,27 @@ def test_a_case_leaves_out_what_the_file_below_has(
     for name in ("sweeps", "structure.layers[0]", "chain.beads.count", "measure.", 3):
         Path("case.toml").write_text(f'extends = "base.toml"\nwithout = ["sweep", {name!r}]\n')
         said = f'case.toml:2: without[1]: {name!r} is no entry of "base.toml", such as "sweep"'
-        assert complaint(capsys, "check", "case.toml") == said
+        assert complaint("check", "case.toml") == said
 
 
-def test_a_value_of_a_sweep_is_echoed_as_typed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_value_of_a_sweep_is_echoed_as_typed(complaint: Callable[..., str]) -> None:
     """The value that is refused stands in [sweep], not at its path; save_every is refused by the plan of the run."""
-    monkeypatch.chdir(tmp_path)
     Path("case.toml").write_text(ROD + '\n[sweep]\n"structure.layers[0].length" = ["-20 mm", "30 mm"]\n')
     place = 'case.toml:18: sweep."structure.layers[0].length"[0]'
-    assert complaint(capsys, "check", "case.toml") == f'{place}: "-20 mm" must be a positive number of m'
+    assert complaint("check", "case.toml") == f'{place}: "-20 mm" must be a positive number of m'
     Path("case.toml").write_text(ROD.replace('"0.1 ms"', '"0.1 ms"\nsave_every = "3 ms"'))
     for command in ("run", "check"):
-        said = complaint(capsys, command, "case.toml")
+        said = complaint(command, "case.toml")
         assert said.startswith('case.toml:16: run.save_every: "3 ms" must not be longer than the run')
 
 
-def test_a_result_without_a_case_says_what_to_do(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("text.nc").write_text("no netCDF")
-    results = {
-        "found": xr.Dataset({"verdict": ("unknown", ["identified"])}, attrs={"input": '{"identify": {}}'}),
-        "study": xr.Dataset(attrs={"input": '{"study": "rod-length"}'}),
-        "other": xr.Dataset({"x": 1.0}),
-    }
-    for name, data in results.items():
-        data.to_netcdf(f"{name}.nc", engine="h5netcdf")
-    Path("folder.nc").mkdir()
-    with h5py.File("linked.nc", "w") as file:
-        file["x"] = h5py.ExternalLink("secret.nc", "/x")
-    with h5py.File("huge.nc", "w") as file:
-        file.create_dataset("x", (10**12,), "<f8", chunks=(10**6,))
-    for name, words in (
-        ("text", "cannot be read as netCDF; it is no file of HDF5"),
-        ("folder", "there is no such file; give a netCDF file such as results.nc"),
-        ("linked", "linked.nc: /x links to another file, secret.nc; it was not read"),
-        ("huge", "huge.nc: /x claims 8e+12 bytes, more than its file can hold; it was not read"),
-        ("found", "holds no case, as what was made in Python"),
-        ("study", "is a study, which has no case; `hertzlink study rod-length` repeats it"),
-        ("other", "holds no case, as what was made in Python"),
-    ):
-        assert words in complaint(capsys, "new", f"{name}.nc")
-
-
-@pytest.mark.parametrize(
-    ("word", "message"),
-    [
-        ("rod/table.txt", "is neither a kind of case nor a result; did you mean rod/results.nc?"),
-        ("rod/", "is neither a kind of case nor a result; did you mean rod/results.nc?"),
-        ("gone/report.html", "is neither a kind of case nor a result; give results.nc of a run, or one of chain, "),
-        ("my.toml", "is a case file already; `hertzlink run my.toml` runs it"),
-        ("roud", "is no kind of case; did you mean rod?"),
-        ("", "is no kind of case; must be one of chain, "),
-    ],
-)
-def test_new_names_what_is_neither_kind_nor_result(
-    word: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "rod").mkdir()
-    (tmp_path / "rod" / "results.nc").touch()
-    assert f'"{word}" {message}' in complaint(capsys, "new", word)
-
-
-def test_new_writes_no_file_twice(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_new_writes_no_file_twice(complaint: Callable[..., str]) -> None:
     Path("rod.toml").write_text("mine")
-    assert "exists already; give another PATH" in complaint(capsys, "new", "rod")
+    assert "exists already; give another PATH" in complaint("new", "rod")
     assert Path("rod.toml").read_text() == "mine"
-    assert "did you mean rod?" in complaint(capsys, "new", "rodd")
-    assert "there is no such file" in complaint(capsys, "new", "none.nc")
-    assert "cannot be written" in complaint(capsys, "new", "rod", "no/such/place.toml")
+    assert "did you mean rod?" in complaint("new", "rodd")
+    assert '"none.nc" is no kind of case; must be one of chain, ' in complaint("new", "none.nc")
+    assert "cannot be written" in complaint("new", "rod", "no/such/place.toml")
 
 
 BASE = """\
@@ -586,15 +464,9 @@ def mesh_of(path: Path, points: int) -> None:
     ],
 )
 def test_a_file_is_sought_where_its_name_is_written(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    text: str,
-    changes: list[str],
-    here: bool,
+    complaint: Callable[..., str], monkeypatch: pytest.MonkeyPatch, text: str, changes: list[str], here: bool
 ) -> None:
     """Next to the file that names it; after --set in the current folder. The result's case runs in any folder."""
-    monkeypatch.chdir(tmp_path)
     Path("base").mkdir()
     Path("base/b.toml").write_text(BASE)
     mesh_of(Path("base/m.vtu"), 5)
@@ -610,43 +482,28 @@ def test_a_file_is_sought_where_its_name_is_written(
     assert read("case.toml")[0].simulation().interface.structures[0].structure.size == unknowns
 
 
-def test_a_case_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(ROD, encoding="utf-8-sig")
-    assert read(tmp_path / "case.toml")[0].data == tomllib.loads(ROD)
-
-
-def test_a_pipe_is_no_file_to_extend(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_pipe_is_no_file_to_extend(complaint: Callable[..., str]) -> None:
     os.mkfifo("pipe")
     Path("case.toml").write_text('extends = "pipe"\n')
-    assert 'there is no file "pipe"' in complaint(capsys, "check", "case.toml")
+    assert 'there is no file "pipe"' in complaint("check", "case.toml")
 
 
 def test_what_a_file_says_is_no_command_for_terminal_or_shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    complaint: Callable[..., str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Neither the title of a case, nor the trace that a result names, nor a name in a message."""
-    monkeypatch.chdir(tmp_path)
+    """Neither the title of a case nor a name in a message."""
     Path("case.toml").write_text(f'title = "a\\u001b[31mred"\n{ROD}')
     with pytest.raises(SystemExit):
         main(["run", "case.toml"])
     assert capsys.readouterr().out.startswith("a\\x1b[31mred\n")
     assert Path("case/table.txt").read_text().startswith("a\\x1b[31mred\n")
-    attrs = {"case": ROD, "trace": "trace.csv; rm -rf \x1b[2J"}
-    xr.Dataset(attrs=attrs).to_netcdf("bad.nc", engine="h5netcdf")
-    with pytest.raises(SystemExit):
-        main(["new", "bad.nc"])
-    assert "hertzlink identify bad.toml 'trace.csv; rm -rf \\x1b[2J'" in capsys.readouterr().out
-    assert "\x1b" not in complaint(capsys, "check", "\x1b[2Jcase.toml")
+    assert "\x1b" not in complaint("check", "\x1b[2Jcase.toml")
 
 
 def test_a_case_whose_name_is_not_in_utf_8_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    complaint: Callable[..., str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A mesh of such a name is refused before any work: results could not hold it."""
-    monkeypatch.chdir(tmp_path)
     name = os.fsdecode(b"rod\xff.toml")
     Path(name).write_text(ROD)
     with pytest.raises(SystemExit) as end:
@@ -657,4 +514,5 @@ def test_a_case_whose_name_is_not_in_utf_8_runs(
     Path(name).write_text(BASE)
     os.mkdir(b"folder\xff")
     Path(os.fsdecode(b"folder\xff"), "b.toml").write_text(BASE)
-    assert "is no name in UTF-8" in complaint(capsys, "run", os.fsdecode(b"folder\xff/b.toml"))
+    Path(os.fsdecode(b"folder\xff"), "m.vtu").touch()
+    assert "is no name in UTF-8" in complaint("run", os.fsdecode(b"folder\xff/b.toml"))

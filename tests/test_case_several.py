@@ -79,20 +79,20 @@ WRONG: list[tuple[str, Any, str]] = [
     ),
     ("structure.damping", [{"kind": "modal", "ratio": "a lot"}], r'damping\[0\]\.ratio: "a lot" must be a number'),
     ("structure.damping", [{"kind": "rayleigh", "layer": 0}], r"damping\[0\]\.layer: is no entry here"),
-    ("structure.reduce", {"tolerance": -1.0}, r"structure\.reduce\.tolerance: -1\.0 must be a positive number"),
+    ("run.reduce", {"tolerance": -1.0}, r"run\.reduce\.tolerance: -1\.0 must be a positive number"),
     ("structure", {"kind": "nothing", "damping": []}, r"structure\.damping: is no entry here"),
     ("chain[1].modes", 99, r"chain\[1\]\.modes: 99 must be at most 20"),
     ("structure.at", [[0.02, 0.02]], r"chain\[1\]\.on\.point: 1 is no contact point of 1|structure"),
     ("structure.face", ["front"], r"structure\.face"),
     ("structure.face", ["up", "down"], r'structure\.face\[0\]: "up" is not possible'),
-    ("structure.wall", {"plies": []}, r"structure\.wall\.plies: \[\] has 0 entries"),
+    ("structure.material", {"plies": []}, r"structure\.material\.plies: \[\] has 0 entries"),
+    ("structure.thickness", None, r"structure\.thickness: is missing; must be a positive number of m; only a Lam"),
     (
-        "structure.wall",
+        "structure.material",
         {"plies": [{"material": "PTFE", "thickness": 1e-3}]},
-        r"structure\.thickness: belongs to a wall",
+        r"structure\.thickness: 0\.002 must be None or the laminate's own, 0\.001 m",
     ),
-    ("structure.reduce", "yes", r"structure\.reduce: .*must be true, false, or a table"),
-    ("behind", {"kind": "half_space", "material": "PTFE"}, r"behind: belongs to one \[chain\]"),
+    ("chain[0].behind", {"structure": 1}, r"chain\[0\]\.behind\.structure: 1 is no structure of 1"),
     ("measure", {"chain": 2}, r"measure\.chain: 2 is no chain of 2"),
     ("chain", 3, r"chain: 3 must be a section: \[chain\]"),
     ("chain", [], r"chain: \[\] has 0 entries"),
@@ -133,11 +133,11 @@ def test_an_orthotropic_material_is_for_plies_alone() -> None:
     data["structure"]["material"] = "carbon"
     with pytest.raises(ValueError, match=r'structure\.material: "carbon" is orthotropic'):
         Case(data).simulation()
-    del data["structure"]["material"], data["structure"]["thickness"]
-    data["structure"]["wall"] = {"plies": [{"material": "carbn", "thickness": 1e-3}]}
-    with pytest.raises(ValueError, match=r'structure\.wall\.plies\[0\]\.material: "carbn" .*did you mean carbon\?'):
+    del data["structure"]["thickness"]
+    data["structure"]["material"] = {"plies": [{"material": "carbn", "thickness": 1e-3}]}
+    with pytest.raises(ValueError, match=r'structure\.material\.plies\[0\]\.material: "carbn" .*did you mean carbon\?'):
         Case(data).simulation()
-    data["structure"]["wall"] = {"plies": [{"material": "carbon", "thickness": 1e-3}]}
+    data["structure"]["material"] = {"plies": [{"material": "carbon", "thickness": 1e-3}]}
     carbon = hl.OrthotropicMaterial(**sheet, name="carbon")
     body = Case(data).simulation().structure.structure
     assert body.origin["material"]["plies"][0]["material"]["name"] == carbon.name

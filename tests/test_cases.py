@@ -9,7 +9,6 @@ import warnings
 from collections.abc import Callable
 from math import radians
 from pathlib import Path
-from typing import Any
 
 import jsonschema
 import numpy as np
@@ -25,15 +24,13 @@ from hertzlink.cases.case import Case, read
 from hertzlink.cases.forms import example_of
 from hertzlink.cases.identification import question_of
 from hertzlink.cases.maps import grid_of
-from hertzlink.cases.paths import Fault, as_toml, parsed, written
 from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
-from hertzlink.cases.source import lines_of
-from hertzlink.cases.tables import Table
-from hertzlink.cases.tasks import budget_of, run_both, task_of
+from hertzlink.cases.source import Fault, as_toml, lines_of, parsed, written
+from hertzlink.cases.tables import Table, run_both
+from hertzlink.cases.tasks import budget_of, task_of
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cli import main
-from structures.caution import collected
 from structures.described import registered
 
 BOUNDARY = """\
@@ -74,6 +71,10 @@ calibration = "25 N/V"
 unknowns = { "structure.thickness" = ["1 mm", "6 mm"], "structure.at[0]" = ["5 mm", "300 mm"] }
 nuisances = ["chain.impact_speed", "gain", "time_zero"]
 """
+
+SHORT_WALL = template("wall").replace("beads = 20", "beads = 10").replace("1.5 ms", "0.6 ms").replace("= 7", "= 5")
+
+MODULUS = "structure.material.youngs_modulus"
 
 STEEL = hl.Sphere(4.76e-3, hl.STEEL_440C)
 ROD = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
@@ -131,62 +132,6 @@ def test_a_case_has_an_uncertainty_budget(command: Callable[..., str], tmp_path:
     ).read_text(encoding="utf-8")
 
 
-WIDE = [
-    ("structure.material.youngs_modulus", "4 GPa", r"structure.material.youngs_modulus = 3 GPa moves by .* 4 GPa; is that"),
-    ("chain.impact_speed", "0.24 m/s", r"time_of_flight: where chain.impact_speed moves .* by [\d.]+ µs, .* [\d.]+ µs; in Python"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("path", "spread", "words"), WIDE)
-def test_notes_on_wide_uncertainties_name_entries_with_units(path: str, spread: str, words: str) -> None:
-    case = case_of(f"""
-        [chain]
-        beads = 10
-        bead = {{ shape = "sphere", diameter = "9.52 mm", material = "steel 440C" }}
-        striker = "bead"
-        impact_speed = "0.3 m/s"
-        [structure]
-        kind = "half_space"
-        material = {{ youngs_modulus = "3 GPa", poisson_ratio = 0.3, density = 2000 }}
-        [run]
-        until = "0.9 ms"
-        [sensitivities]
-        "{path}" = "{spread}"
-    """)
-    budget = budget_of(case)
-    assert budget is not None
-    with collected():
-        notes = budget.of_sensor(5).warnings
-    assert any(re.search(words, note) for note in notes), notes
-
-
-def test_a_case_that_fails_near_a_value_names_it_with_its_unit() -> None:
-    """Differences take a radius that is 0.0001 % smaller, less than the inner one."""
-    case = case_of("""
-        [chain]
-        beads = 10
-        bead = { shape = "hollow_sphere", radius = "4.76 mm", inner_radius = "4.759998 mm", material = "steel 440C" }
-        impact_speed = "0.3 m/s"
-        [structure]
-        kind = "half_space"
-        material = "PTFE"
-        [run]
-        until = "0.5 ms"
-        [sensitivities]
-        "chain.bead.radius" = "0.01 mm"
-    """)
-    budget = budget_of(case)
-    assert budget is not None
-    with (
-        collected(),
-        pytest.raises(
-            ValueError,
-            match=r'^sensitivities\."chain\.bead\.radius": build fails at 4\.76 mm -0\.0001 %, which a derivative',
-        ),
-    ):
-        budget.of_sensor(5)
-
-
 @pytest.mark.parametrize(("path", "modulus"), [
     ("chain.bead.material.youngs_modulus", 200e9),
     ("materials.hull.youngs_modulus", 200e9),
@@ -213,7 +158,7 @@ def test_the_uncertainty_of_a_material_that_is_named(path: str, modulus: float) 
     budget = budget_of(case_of(text))
     assert budget is not None
     assert budget.inputs == {path: (modulus, pytest.approx(0.02 * modulus))}
-    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(budget(**{path: 3e9}).describe())))
+    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(budget.build(**{path: 3e9}).describe())))
     assert set(map(float, moduli)) == {200e9, 1.53e9} - {modulus} | {3e9}
     with pytest.raises(Fault, match=r"is no entry here; did you mean youngs_modulus\?"):
         budget_of(case_of(text.replace("youngs_modulus", "modulus")))
@@ -334,8 +279,6 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     pictures = {f"{name}.png" for name in ("setup", "traces", "map", "energy")}
     assert {path.name for path in Path("again").iterdir()} == names | pictures
     assert all(Path("again", name).read_bytes().startswith(b"\x89PNG") for name in pictures)
-    command("new", "rod/results.nc", "third.toml")
-    assert Path("third.toml").read_text() == (folder / "case.toml").read_text()
     assert Path("again/waves.csv").read_text() == (folder / "waves.csv").read_text()
 
 
@@ -343,19 +286,7 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
     text = template("sweep").replace("1.5 ms", "0.9 ms").replace('"steel 440C", "acrylic", "PTFE"', '"acrylic", "PTFE"')
     Path("mine.toml").write_text(text + "traces = true\n")
     said = command("run", "mine.toml", "--jobs", "1", "--output", "out")
-    assert said.splitlines()[0].split() == [
-        "material",
-        "length,",
-        "mm",
-        "bead",
-        "AR",
-        "TOF,",
-        "µs",
-        "AR,",
-        "2nd",
-        "TOF,",
-        "µs",
-    ]
+    assert " ".join(said.splitlines()[0].split()) == "material length, mm bead AR TOF, µs AR, 2nd TOF, µs"
 
     def build(material: hl.Material, length: float) -> hl.CoSimulation:
         bead = hl.Sphere(9.53e-3 / 2, hl.STEEL_440C)
@@ -412,19 +343,10 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     assert "no such wave" not in page
 
 
-def test_a_material_may_be_named_by_its_only_beginning() -> None:
-    """Brass is brass 360; there are two steels."""
-    text = template("plate")
-    assert case_of(text.replace("brass 360", "Brass")).simulation().describe() == case_of(text).simulation().describe()
-    with pytest.raises(ValueError, match='"steel" is no material'):
-        assert case_of(text.replace("brass 360", "steel")).tree
-
-
-@pytest.mark.parametrize(("other", "above"), [("steel 440C", False), ("PTFE", True)])
-def test_a_ratio_above_one_is_remarked(command: Callable[..., str], other: str, above: bool) -> None:
+def test_a_ratio_above_one_is_remarked(command: Callable[..., str]) -> None:
     """In the table too, not in the report alone. Beyond a soft bead the incident wave is weak, and waves merge."""
     bead = '{ shape = "sphere", diameter = "9.53 mm", material = "%s", count = %d }'
-    beads = ", ".join(bead % one for one in (("steel 440C", 10), (other, 1), ("steel 440C", 9)))
+    beads = ", ".join(bead % one for one in (("steel 440C", 10), ("PTFE", 1), ("steel 440C", 9)))
     text = template("rod").replace("beads = 20", f"beads = [{beads}]")
     lines = [line for line in text.splitlines() if not line.startswith("bead =")]
     striker = 'striker = { shape = "sphere", diameter = "9.53 mm", material = "steel 440C" }'
@@ -432,28 +354,18 @@ def test_a_ratio_above_one_is_remarked(command: Callable[..., str], other: str, 
     Path("case.toml").write_text("\n".join(lines))
     said = " ".join(command("run", "case.toml", "--set", "measure.sensor=14").split())
     rows = Path("case/waves.csv").read_text().splitlines()[1:]
-    assert above == any(float(row.split(",")[4] or 0.0) > 1.0 for row in rows)
-    assert ("AR above 1: the beads on the two sides of the sensor differ" in said) == above
+    assert any(float(row.split(",")[4] or 0.0) > 1.0 for row in rows)
+    assert "AR above 1: the beads on the two sides of the sensor differ" in said
 
 
 def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) -> None:
     boundary(tmp_path)
-    given = [
-        "structure.length=200 mm",
-        "structure.width=200 mm",
-        "structure.at[1]=100 mm",
-        "run.until=0.5 ms",
-        'sweep."structure.at[0]".to=100 mm',
-    ]
+    given = ["structure.length=200 mm", "structure.width=200 mm", "structure.at[1]=100 mm", "run.until=0.5 ms"]
+    given += ['sweep."structure.at[0]".to=100 mm']
     said = command("check", "plate-boundary.toml", *(word for one in given for word in ("--set", one)))
-    assert "a critical distance from 30 runs" in said
-    assert "thickness, mm: 3 values, 2.29 to 4.83" in said
-    assert "x, mm: 10 values, 10 to 100" in said
-    assert "Chain(20 Sphere" in said
-    assert "a mesh of" in said
-    assert "record: 0.5 ms" in said
-    assert "measured" in said
-    assert "to start" in said
+    runs = ("a critical distance from 30 runs", "thickness, mm: 3 values, 2.29 to 4.83", "x, mm: 10 values, 10 to 100")
+    for words in (*runs, "Chain(20 Sphere", "a mesh of", "record: 0.5 ms", "measured", "to start"):
+        assert words in said
     assert "identify" not in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["identify-edge.toml", "plate-boundary.toml"]
 
@@ -462,13 +374,12 @@ def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) 
     ("head", "row", "lines"),
     [
         (["bead", "AR"], ["7", "0.3"], ["bead   AR", "---------", "   7  0.3"]),
-        (["unknown", "value"], [f"{60 * 'm'}.length, mm", 18 * "1"], ["unknown", f"  {13 * ' '}value", "-" * 20, f"{60 * 'm'}.length, mm", f"  {18 * '1'}"]),
-        ([50 * "a", 50 * "b"], ["1", "2"], [50 * "a", f"  {50 * 'b'}", "-" * 52, "1", f"  {49 * ' '}2"]),
+        ([f"{40 * 'a'} x", f"{40 * 'b'} y"], ["1", "2"], [f"{40 * 'a'} x: 1;", f"  {40 * 'b'} y: 2"]),
         ([40 * "a", 40 * "b", 41 * "c"], ["1", "2", "3"], [f"{40 * 'a'}: 1;", f"  {40 * 'b'}: 2;", f"  {41 * 'c'}: 3"]),
     ],
 )  # fmt: skip
 def test_a_table_fits_the_terminal(head: list[str], row: list[str], lines: list[str]) -> None:
-    """Of a wide one the widest column stands above each row; of a wider one each row is a sentence."""
+    """Of a wide one each row is a sentence."""
     shown = "\n".join(Table("points.csv", [], [], head, [row]).lines()).splitlines()
     assert shown == lines
     assert max(map(len, shown)) <= 80
@@ -476,35 +387,23 @@ def test_a_table_fits_the_terminal(head: list[str], row: list[str], lines: list[
     assert many[-1] == "... and 10 more in points.csv"
 
 
+def test_text_of_a_user_is_no_formula_of_a_spreadsheet() -> None:
+    table = Table("points.csv", ["material", "AR"], [["=cmd|'/c calc'!A1", -0.5], ["PTFE", float("nan")]])
+    assert table.csv() == "material,AR\n'=cmd|'/c calc'!A1,-0.5\nPTFE,\n"
+
+
 def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> None:
     """Not at the first alone: one later was given in mm."""
     sweep = '[sweep]\n"chain.bead.diameter" = ["4.76 mm", "9.53 mm", 19.05]\n'
     Path("case.toml").write_text(template("wall").replace("[run]", f"{sweep}[run]").replace("1.5 ms", "0.1 ms"))
     said = command("check", "case.toml")
-    half = "half of it is read as 9.525 m, which is improbable; did you mean 9.525 mm?"
-    assert f"warning: chain.bead.diameter: 19.05: {half}" in said
+    assert "warning: Sphere radius = 9.525: is read as 9.525 m, which is improbable; did you mean 9.525 mm?" in said
     assert said.count("did you mean") == 1
 
 
-@pytest.mark.parametrize(
-    ("path", "changes", "wanted"),
-    [
-        ("i.toml", [], "identify: 3 unknowns"),
-        ("i.toml", ["identify.nuisances=[]"], "identify: 2 unknowns"),
-        pytest.param(
-            "identify-edge.toml",
-            ["structure.length=400 mm", "structure.width=200 mm", "structure.at=['60 mm', '100 mm']", "run.until=1 ms"],
-            "on the modes of the plate",
-            marks=pytest.mark.thorough,
-        ),
-    ],
-)
-def test_check_knows_what_identify_takes(
-    path: str, changes: list[str], wanted: str, tmp_path: Path, command: Callable[..., str]
-) -> None:
-    boundary(tmp_path)
-    (tmp_path / "i.toml").write_text(template("identify"), encoding="utf-8")
-    assert wanted in command("check", path, *(word for one in changes for word in ("--set", one)))
+def test_check_knows_what_identify_takes(command: Callable[..., str]) -> None:
+    Path("i.toml").write_text(template("identify"), encoding="utf-8")
+    assert "identify: 3 unknowns" in command("check", "i.toml", "--set", "run.until=0.1 ms")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -541,18 +440,8 @@ def test_templates_run_as_they_stand(kind: str, command: Callable[..., str]) -> 
 
 @pytest.mark.parametrize("kind", [one for one in KINDS if "\n# law = " in template(one)])
 def test_the_law_in_a_template_needs_only_its_comment_removed(kind: str) -> None:
-    for call in case_of(template(kind).replace("\n# law = ", "\nlaw = ")).chains:
+    for call in case_of(template(kind).replace("\n# law = ", "\nlaw = ")).all("chain"):
         assert isinstance(call.made.law, hl.laws.JacksonGreen) or call.entries["striker"] == "none"
-
-
-def test_walls_that_yield_get_the_line_of_their_law() -> None:
-    """Steel beads everywhere but where a law of yielding is refused: hollow and deformable ones."""
-    assert {one for one in KINDS if "\n# law = " not in template(one)} == {"chain", "deformable"}
-
-
-def test_templates_agree_on_the_strength_of_the_disc() -> None:
-    stated = [re.findall(r"hard steel \(([\d.]+) GPa\)", template(kind)) for kind in KINDS]
-    assert {strength for strengths in stated for strength in strengths} == {"0.9"}
 
 
 def test_what_yielding_changes_is_said_of_the_sensor_asked_for() -> None:
@@ -638,15 +527,6 @@ def test_the_schema_is_one() -> None:
     assert valid.is_valid(tomllib.loads(EDGE))
     assert not valid.is_valid(tomllib.loads(BOUNDARY.replace("thickness =", "thicknes =")))
     assert not valid.is_valid(tomllib.loads(BOUNDARY.replace("kirchhoff_plate", "kirchoff_plate")))
-
-
-def test_the_shared_case_extends(tmp_path: Path) -> None:
-    boundary(tmp_path)
-    case, source = read(tmp_path / "identify-edge.toml")
-    assert case.identify is not None
-    assert case.tree.entries["structure"].kind == "kirchhoff_plate"
-    assert source.places[("structure", "thickness")].endswith("plate-boundary.toml:12")
-    assert source.places[("identify", "calibration")].endswith("identify-edge.toml:5")
 
 
 def test_text_of_a_case_keeps_everything() -> None:
@@ -744,47 +624,31 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
         assert any(words in one for one in notes)
         assert words in " ".join(said.split())
     assert "The set-up to scale." in page.text["figcaption"]
-    # The result becomes a case again, which asks the same of the same file.
-    assert "next: hertzlink identify third.toml tap.csv" in command("new", "rod-found/results.nc", "third.toml")
-    assert Path("third.toml").read_text() == Path("rod-found/case.toml").read_text()
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "code"),
-    [
-        pytest.param("1 GPa", "10 GPa", 0, id="fits", marks=pytest.mark.thorough),
-        pytest.param("6 GPa", "10 GPa", 3, id="range above the truth"),
-    ],
-)
-def test_a_model_that_does_not_fit_is_identified_nowhere(
-    tmp_path: Path, command: Callable[..., str], low: str, high: str, code: int
-) -> None:
-    """In the table, the CSV file, the report, the files' names and the exit code."""
-    text = (
-        template("wall")
-        .replace("beads = 20", "beads = 10")
-        .replace("1.5 ms", "0.6 ms")
-        .replace("sensor = 7", "sensor = 5")
-    )
+def test_a_model_that_does_not_fit_is_identified_nowhere(command: Callable[..., str]) -> None:
+    """In the table, the CSV file, the report, the files' names and the exit code; the truth is below the range."""
     asked = f"""
-        [identify]
-        sensors = {{ 5 = 1 }}
-        unit = "N"
-        starts = 1
-        unknowns = {{ "structure.material.youngs_modulus" = ["{low}", "{high}"] }}
-        nuisances = ["gain", "chain.impact_speed"]
-    """
-    Path("wall.toml").write_text(text + asked.replace("        ", ""))
-    true = case_of(text).changed({"structure.material.youngs_modulus": "3 GPa"})
+[identify]
+sensors = {{ 5 = 1 }}
+unit = "N"
+starts = 1
+unknowns = {{ "{MODULUS}" = ["6 GPa", "10 GPa"] }}
+nuisances = ["gain", "chain.impact_speed"]
+"""
+    Path("wall.toml").write_text(SHORT_WALL + asked)
+    true = case_of(SHORT_WALL).changed({MODULUS: "3 GPa"})
     Path("tap.csv").write_text(trace(true, 0.01, 4, 0.0, {5: 1.0}).replace("(V)", ""))
-    said = command("identify", "wall.toml", "tap.csv", code=code)
+    said = command("identify", "wall.toml", "tap.csv", code=3)
     rows = [line.split(",") for line in Path("wall-found/unknowns.csv").read_text().splitlines()]
     verdicts = {row[0]: row[4] for row in rows[1:]}
     shown = said + Path("wall-found/report.html").read_text()
     assert verdicts.pop("chain.impact_speed") == verdicts.pop("gain 5") == "nuisance"
-    assert list(verdicts.values()) == ["identified" if code == 0 else "not trusted: the model does not fit"]
-    assert ("identified (" in shown) == ("identified.toml" in said) == (code == 0)
-    assert ("not trusted" in shown) == ("best_fit.toml" in said) == (float(rows[1][5]) > 1.5) == (code == 3)
+    assert list(verdicts.values()) == ["not trusted: the model does not fit"]
+    assert "identified (" not in shown
+    assert "not trusted" in shown
+    assert "best_fit.toml" in said
+    assert float(rows[1][5]) > 1.5
 
 
 def test_a_nuisance_may_be_an_entry_of_a_material_that_is_named() -> None:
@@ -805,12 +669,7 @@ nuisances = ["chain.bead.material.youngs_modulus"]
 
 def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., str]) -> None:
     """2 x 2 points: three moduli of a wall, of which one is tapped twice, and a file that is lost."""
-    text = (
-        template("wall")
-        .replace("beads = 20", "beads = 10")
-        .replace("1.5 ms", "0.6 ms")
-        .replace("sensor = 7", "sensor = 5")
-    )
+    text = SHORT_WALL
     asked = """
         [identify]
         sensors = { 5 = 1 }
@@ -856,7 +715,7 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
 
 def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) -> None:
     """Of a run through a file: the values of the run itself."""
-    text = template("wall").replace("beads = 20", "beads = 10").replace("1.5 ms", "0.6 ms").replace("= 7", "= 5")
+    text = SHORT_WALL
     Path("wall.toml").write_text(text)
     Path("tap.csv").write_text(trace(case_of(text), 0.002, 1, 40e-6, {5: 1.0}))
     Path("points.csv").write_text("x / mm, y / mm, file\n0, 0, tap.csv\n")
@@ -874,58 +733,20 @@ def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) ->
 @pytest.mark.parametrize(
     ("head", "message"),
     [
-        ("x = structure.distance / mm", "structure.distance"),
-        ("x = chain.impact_speed / mm", "chain.impact_speed"),
+        ("x = structure.distance / mm, y / mm, file", "column x: structure.distance"),
+        ("x = chain.impact_speed / mm, y / mm, file", "column x: chain.impact_speed"),
+        (f"x / mm, y / mm, file, {MODULUS} / GPa", f"column {MODULUS}: is an unknown of [identify] as well"),
     ],
 )
 def test_a_table_that_does_not_fit_the_case_is_refused(
     head: str, message: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    """Before any fit."""
     monkeypatch.chdir(tmp_path)
-    Path("points.csv").write_text(f"{head}, y / mm, file\n0, 0, tap.csv\n")
-    with pytest.raises(ValueError, match=re.escape(f"points.csv:2: column x: {message}")):
-        grid_of(case_of(template("wall")), Path("points.csv"))
-
-
-def test_a_column_that_is_an_unknown_is_refused_before_any_fit(monkeypatch: Any, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    path = "structure.material.youngs_modulus"
-    asked = f'\n[identify]\nsensors = {{ 7 = 1 }}\nunit = "N"\nunknowns = {{ "{path}" = ["2 GPa", "5 GPa"] }}\n'
-    Path("points.csv").write_text(f"x / mm, y / mm, file, {path} / GPa\n0, 0, tap.csv, 3\n")
-    with pytest.raises(ValueError, match=rf"points.csv:2: column {path}: is an unknown of \[identify\] as well"):
+    asked = f'\n[identify]\nsensors = {{ 7 = 1 }}\nunit = "N"\nunknowns = {{ "{MODULUS}" = ["2 GPa", "5 GPa"] }}\n'
+    Path("points.csv").write_text(f"{head}\n0, 0, tap.csv{', 3' if MODULUS in head else ''}\n")
+    with pytest.raises(ValueError, match=re.escape(f"points.csv:2: {message}")):
         grid_of(case_of(template("wall") + asked), Path("points.csv"))
-
-
-@pytest.mark.thorough
-def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[..., str]) -> None:
-    """The shared case on a smaller plate: its thickness and the place of its contact, with three nuisances.
-
-    Of an aluminium whose yield strength is unknown, so that no fit is made again with contacts that yield.
-    """
-    boundary(tmp_path)
-    smaller = BOUNDARY.replace("914 mm", "400 mm").replace("457 mm", "200 mm").replace('"aluminium 6061"', '"elastic"')
-    elastic = '[materials.elastic]\nyoungs_modulus = "68.9 GPa"\npoisson_ratio = 0.33\ndensity = 2693.0\n'
-    Path("plate-boundary.toml").write_text(smaller + elastic)
-    true = read(tmp_path / "plate-boundary.toml")[0].changed(
-        {
-            "structure.thickness": "3.3 mm",
-            "structure.at[0]": "47 mm",
-            "chain.impact_speed": 0.29,
-            "run.until": "1.2 ms",
-            "structure.highest_frequency": "80 kHz",
-        }
-    )
-    Path("trace.csv").write_text(trace(true, 0.01, 11, 60e-6, {7: 0.9, 13: 1.1}))
-    said = command("identify", "identify-edge.toml", "trace.csv")
-    found = intervals(tmp_path / "identify-edge-found")
-    expected = {"structure.thickness": 3.3e-3, "structure.at[0]": 0.047, "chain.impact_speed": 0.29, "gain 7": 0.9}
-    for name, value in expected.items():
-        best, low, high = found[name]
-        slack = 0.5 * (high - low)  # four standard deviations in all: one seed in 10 000
-        assert low - slack < value < high + slack, name
-        assert best == pytest.approx(value, rel=0.02)
-    assert "the model explains the signal" in said
-    assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
 
 
 def test_what_messages_recommend_for_a_quantity_can_be_read() -> None:

@@ -20,10 +20,10 @@ from click.shell_completion import ShellComplete
 from coupling.sweeps.points import Stopped
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
-from hertzlink.output_folder import check_output, write_folder
-from hertzlink.studies import draw, thesis
+from hertzlink.output import check_output, write_folder
+from hertzlink.studies import thesis
 from hertzlink.studies.compare import Number
-from hertzlink.studies.writing import QUICK, stamp
+from hertzlink.studies.writing import QUICK
 from structures.kernels.compiling import users_folder
 
 
@@ -263,19 +263,17 @@ def test_help_fits_a_terminal(
     assert not re.search(r"\(\d+\.\d", said)
 
 
-def test_help_names_the_folder_that_is_written(tmp_path: Path, hertzlink: Command) -> None:
-    assert "by default CASE-found" in " ".join(hertzlink("identify", "--help", cwd=tmp_path).stdout.split())
-    assert "by default CASE, for CASE.toml" in " ".join(hertzlink("run", "--help", cwd=tmp_path).stdout.split())
-    listed = hertzlink("new", "--help", cwd=tmp_path).stdout
-    assert all(kind in listed for kind in KINDS)
-
-
 def test_info_and_help(tmp_path: Path, hertzlink: Command) -> None:
     info = hertzlink("info", cwd=tmp_path)
     assert info.returncode == 0
     for word in ("python", "numba", "threads", "installed in"):
         assert word in info.stdout
     assert "study" in hertzlink("--help", cwd=tmp_path).stdout
+    assert "by default CASE-found" in " ".join(hertzlink("identify", "--help", cwd=tmp_path).stdout.split())
+    listed = hertzlink("new", "--help", cwd=tmp_path).stdout
+    assert all(kind in listed for kind in KINDS)
+    suggested = ShellComplete(cli, {}, "hertzlink", "_HERTZLINK_COMPLETE").get_completions(["study"], "rod")
+    assert [one.value for one in suggested] == ["rod-stiffness", "rod-length"]
     nothing = hertzlink(cwd=tmp_path)
     assert nothing.returncode == 2
     assert "Commands:\n" in nothing.stderr
@@ -419,21 +417,6 @@ def test_of_two_studies_that_write_one_folder_both_are_kept(tmp_path: Path) -> N
     assert (tmp_path / "results-2" / "table.txt").read_text() == "second"
 
 
-@pytest.mark.parametrize("count", [1, 3])
-def test_a_stamp_is_inside_the_figure_and_below_its_axes(count: int) -> None:
-    figure, axes = draw.panels(count)
-    for axis in axes:
-        axis.set(xlabel="distance (mm)", ylabel="AR")
-    stamp(figure, QUICK)
-    figure.draw_without_rendering()
-    (mark,) = figure.texts
-    where, whole = mark.get_window_extent(), figure.bbox
-    assert mark.get_text() == QUICK
-    assert whole.x0 < where.x0 < where.x1 < whole.x1
-    assert whole.y0 < where.y0
-    assert where.y1 < min(axis.get_tightbbox().y0 for axis in axes)
-
-
 def test_an_interrupt_that_kept_something_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -490,20 +473,3 @@ def test_closed_streams_and_the_backend_of_a_notebook_do_no_harm(tmp_path: Path,
     assert (done.returncode, done.stderr) == (0, "")
     assert ("hertzlink" in done.stdout) == ("1" not in closed)
     assert (tmp_path / "said").read_text() == "True [0, 0, 0] Agg\n"
-
-
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
-        ("study rod", ["rod-stiffness", "rod-length"]),
-        ("study --quick critical", ["critical-distance"]),
-        ("study plate-boundary --qu", ["--quick"]),
-        ("study none x", []),
-        ("ru", ["run"]),
-        ("run --outp", ["--output"]),
-    ],
-)
-def test_a_shell_completes_commands(words: str, found: list[str]) -> None:
-    *typed, last = words.split()
-    suggested = ShellComplete(cli, {}, "hertzlink", "_HERTZLINK_COMPLETE").get_completions(typed, last)
-    assert [one.value for one in suggested] == found

@@ -4,7 +4,6 @@ import tomllib
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +13,8 @@ import hertzlink as hl
 from coupling.inference.identification import Identification, Unknown
 from coupling.inference.plates import on_modes
 from coupling.yield_check import CURE
-from hertzlink.cases.case import Case
+from hertzlink.cases.case import YIELDING, Case
 from hertzlink.cases.identification import Question, answer_of, fit, question_of
-from hertzlink.cases.paths import YIELDING
 from hertzlink.cases.templates import template
 
 ASKED = """
@@ -112,7 +110,7 @@ def test_identify_finds_an_edge_of_a_small_thin_plate(record: str) -> None:
     low, high = place.interval  # not symmetric, because beads that rattle make χ² rough
     assert abs(place.value - 0.037) < 3.3 / 1.96 * abs((low if place.value > 0.037 else high) - place.value)
     assert place.error < 0.01 * 0.037
-    assert "whole plate: modes" in " ".join(answer_of(question, found, Path("tap.csv")).text.split())
+    assert "whole plate: modes" in " ".join(answer_of(question, found).text.split())
 
 
 def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> None:
@@ -124,6 +122,6 @@ def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> No
     unknown = Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
     unknowns = {PLACE: unknown, "chain.impact_speed": replace(unknown, name="chain.impact_speed")}
     found = Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
-    text = answer_of(question, found, Path("tap.csv")).text
+    text = answer_of(question, found).text
     assert YIELDING in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80

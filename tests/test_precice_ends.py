@@ -31,7 +31,6 @@ material = "steel 440C"
 
 [structure]
 kind = "rod"
-reduce = true
 layers = [{ material = "acrylic", length = "30 mm", radius = "9.525 mm" }]
 
 [run]

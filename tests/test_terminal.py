@@ -1,6 +1,5 @@
 """Messages fit the terminal, with whole paths; redirected output has one line for each."""
 
-import logging
 import signal
 import sys
 import warnings
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hertzlink import terminal
+from hertzlink import output as terminal
 from hertzlink.cli import main
 from structures.caution import HertzlinkWarning
 
@@ -83,12 +82,3 @@ def test_warnings_of_others_keep_their_form(monkeypatch: pytest.MonkeyPatch) -> 
     assert max(map(len, own.splitlines())) <= 60
     other = terminal.format_warning(UserWarning("other"), UserWarning, "file.py", 7)
     assert other.startswith("file.py:7: UserWarning: other")
-
-
-@pytest.mark.parametrize(("name", "begins"), [("hertzlink.kernels", "hertzlink: "), ("other.part", "other.part: ")])
-def test_log_lines_name_who_wrote_them(monkeypatch: pytest.MonkeyPatch, name: str, begins: str) -> None:
-    on_terminal(monkeypatch)
-    record = logging.LogRecord(name, logging.WARNING, "", 1, LONG, None, None)
-    lines = terminal.LogFormat().format(record).splitlines()
-    assert lines[0].startswith(begins)
-    assert max(map(len, lines)) <= 60

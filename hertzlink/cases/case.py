@@ -1,7 +1,6 @@
 """A case as an object: data that build a co-simulation, and that are written as TOML."""
 
 import sys
-from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
@@ -10,6 +9,7 @@ from functools import cached_property
 from hashlib import sha256
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import module_from_spec
+from math import inf
 from pathlib import Path as File
 from typing import Any
 
@@ -17,33 +17,29 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
-from hertzlink.cases.forms import form_of
-from hertzlink.cases.parts import MOST, Identify, Measure, Sections, nothing
-from hertzlink.cases.paths import Fault, Path, as_toml, entry, parsed, put, written
+from coupling.results.missing_waves import UNTIL
+from hertzlink.cases.forms import form_of, items_of
+from hertzlink.cases.parts import Identify, Measure, Sections
 from hertzlink.cases.reader import Call, Context, step
 from hertzlink.cases.reader import read as read_value
-from hertzlink.cases.source import Source, read_source
-from plates.plate import are_meshed
+from hertzlink.cases.source import Fault, Path, Source, as_toml, entry, parsed, put, read_source, written
+from plates.plate import Plate, are_meshed
 from structures.checks import count_of
 from structures.damping import Rayleigh, damped
-from structures.described import Parameter, noted, registered
+from structures.described import Parameter, registered
 from structures.fineness import fineness
 from structures.material import Material
 from structures.moving import MovingStructure
 from structures.quantities import InFile
 from structures.reduction import reduce
-from structures.structure import Structure
 
-SECTIONS_OF_PATHS: tuple[Path, ...] = (("sensitivities",), ("sweep",), ("identify", "unknowns"))
-"""Sections whose keys are paths of entries."""
-
-OF_MATERIALS = ("youngs_modulus", "poisson_ratio", "density")
-"""Numbers of a material that a case names."""
+YIELDING = 'law = { kind = "jackson_green" } for the chain'
+"""What a case needs for contacts that yield."""
 
 STORED = 8
 """Structures that are kept for the next run: those of a sweep often differ in the chain alone."""
 
-_STRUCTURES: OrderedDict[str, Any] = OrderedDict()
+_STRUCTURES: dict[str, Any] = {}
 
 _LOADED: dict[str, bytes] = {}
 """Files of --with that were run, by path: one that did not change runs once in each process."""
@@ -75,12 +71,31 @@ class Case:
     def tree(self) -> Call:
         """The checked sections; a Fault where one is wrong."""
         load(self.parts)
-        return tree_of(self.data, self.folder)
+        for section in (("sensitivities",), ("sweep",), ("identify", "unknowns")):
+            keys = entry(self.data, section)
+            for key in keys if isinstance(keys, dict) else ():
+                path: Path = (key,)
+                while isinstance(inner := entry(keys, path), dict) and inner and "from" not in inner:
+                    path = *path, next(iter(inner))
+                if len(path) > 1 and "." not in key:
+                    raise Fault((*section, key), f'a path belongs in quotes: "{written(path)}" = …')
+
+        # Materials first: other sections name them.
+        context = Context(self.folder)
+        materials = self.data.get("materials")
+        parameter, _ = items_of(form_of(Sections).entries["materials"].type)
+        for name, table in materials.items() if isinstance(materials, dict) else ():
+            if not isinstance(table, dict):
+                raise Fault(("materials", name), "must be a table of the properties of a material")
+            context.materials[name] = read_value(table, parameter, ("materials", name), context)
+        tree: Call = read_value(dict(self.data), Parameter("", Sections, (), None, False), (), context)
+        context.until = tree.entries["run"].entries["until"]
+        return tree
 
     @property
     def until(self) -> float:
         """Length of the record, s."""
-        return float(self.tree.entries["run"].entries["until"])
+        return float(self.tree.context.until)
 
     @property
     def title(self) -> str:
@@ -90,26 +105,22 @@ class Case:
     @property
     def measure(self) -> Measure:
         """What is read from runs."""
-        section = self.tree.entries.get("measure")
-        return Measure() if section is None else section.made  # type: ignore[no-any-return]
+        return self.tree.entries["measure"].made if "measure" in self.tree.entries else Measure()
 
     @property
     def identify(self) -> Identify | None:
         """What is found from a measured signal."""
-        section = self.tree.entries.get("identify")
-        return None if section is None else section.made
+        return self.tree.entries["identify"].made if "identify" in self.tree.entries else None
 
-    @property
-    def chains(self) -> list[Call]:
-        """All chains."""
-        chains = self.tree.entries["chain"]
-        return chains if isinstance(chains, list) else [chains]
+    def all(self, section: str) -> list[Call]:
+        """Return all sections of a name: chain or structure."""
+        entries = self.tree.entries[section]
+        return entries if isinstance(entries, list) else [entries]
 
-    def only_chain(self, what: str) -> Call:
-        """Return the only chain; a Fault where there are several, which `what` does not take."""
-        if isinstance(self.tree.entries["chain"], list):
-            raise Fault(("chain",), f"has {len(self.chains)} sections; {what} takes one, [chain]")
-        return self.chains[0]
+    def only_chain(self, what: str) -> None:
+        """Raise a Fault where there are several chains, which `what` does not take."""
+        if isinstance(many := self.tree.entries["chain"], list):
+            raise Fault(("chain",), f"has {len(many)} sections; {what} takes one, [chain]")
 
     def value(self, path: Path) -> Any:
         """Return the checked value (SI) at a path, or a property of a named material; None where there is none."""
@@ -129,33 +140,6 @@ class Case:
             at = step(at, part)
         return parameter
 
-    def numbers(self, section: str) -> Iterator[Path]:
-        """Yield the paths of the numbers, other than counts, that a section of the case holds."""
-
-        def walk(value: Any, path: Path) -> Iterator[Path]:
-            if isinstance(value, float):
-                yield path
-            elif isinstance(value, Material) or (isinstance(value, Call) and value.path != path):
-                yield from ((*path, name) for name in OF_MATERIALS)
-            elif isinstance(value, Call | Mapping):
-                entries = value.entries if isinstance(value, Call) else value
-                for name, inner in entries.items():
-                    yield from walk(inner, (*path, name))
-            elif isinstance(value, list | tuple):
-                for number, inner in enumerate(value):
-                    yield from walk(inner, (*path, number))
-
-        yield from walk(self.tree.entries.get(section), (section,))
-
-    def simulation(self) -> CoSimulation:
-        """Return the co-simulation; raise a ValueError that names the entry which is refused."""
-        load(self.parts)
-        return _simulation(tree_of(self.data, self.folder))
-
-    def run(self) -> xr.Dataset:
-        """Run it, without its sweep."""
-        return run_once(self, self.simulation())
-
     def changed(self, changes: Mapping[Any, Any]) -> "Case":
         """Return the same case with other values, by their paths as text or parts: {"structure.thickness": "1 mm"}."""
         data = deepcopy(self.data)
@@ -165,27 +149,141 @@ class Case:
 
     def to_toml(self) -> str:
         """Return the text of a case file, whose first lines name the files of parts of the user's own."""
+        load(self.parts)
         sums = [sha256(_LOADED[str(file.absolute())]).hexdigest() for file in self.parts]
         lines = [f"# --with {file.name}, SHA-256 {sum_}\n" for file, sum_ in zip(self.parts, sums, strict=True)]
         return "".join(lines) + as_toml(self.data)
 
+    @contextmanager
+    def located(self) -> Iterator[None]:
+        """Turn messages that name an entry of the section [run] into its Faults."""
+        run: Call = self.tree.entries["run"]
+        try:
+            yield
+        except ValueError as error:
+            fault = run.fault(str(error))
+            raise fault if fault.path != run.path else error from error
 
-def run_once(case: Case, simulation: CoSimulation) -> xr.Dataset:
-    """Run a simulation as the section [run] wants it."""
-    run = case.tree.entries["run"]
-    with of_run(case):
-        return simulation.run(run.entries["until"], run.entries.get("save_every"))
+    def run(self, simulation: CoSimulation | None = None) -> xr.Dataset:
+        """Run it, without its sweep. simulation: that of the case, where it is built already."""
+        simulation = simulation or self.simulation()
+        with self.located():
+            return simulation.run(self.until, self.tree.entries["run"].entries.get("save_every"))
+
+    def simulation(self) -> CoSimulation:
+        """Return the co-simulation; raise a ValueError that names the entry which is refused."""
+        for material in self.tree.context.materials.values():
+            _ = material.made
+        calls, bodies, run = self.all("chain"), self.all("structure"), self.tree.entries["run"]
+        chains = [call.made for call in calls]
+        points = [points_of(body) for body in bodies]
+        built = [structure_of(body, run) for body in bodies]
+        taken: set[tuple[int, int]] = set()
+
+        def contact(path: Path, number: int, point: int) -> Any:
+            """Return the contact point of a structure that no other chain has; the structure where it has one point."""
+            if number >= len(bodies):
+                raise Fault((*path, "structure"), f"{number} is no structure of {len(bodies)}, counted from 0")
+            if point >= points[number]:
+                reason = f"{point} is no contact point of {points[number]}, counted from 0; give the structure more"
+                raise Fault((*path, "point"), reason)
+            body = built[number]
+            if (number, point) in taken and body is not None:
+                reason = "is the contact point of another chain; give each its own, as in at = [[...], [...]]"
+                raise Fault(path, reason)
+            taken.add((number, point))
+            return ContactPoint(body, point) if points[number] > 1 and body is not None else body
+
+        def seat(number: int, end: str) -> Any:
+            """Return what an end of a chain touches."""
+            path = (*calls[number].path, end)
+            if end in calls[number].entries:
+                place = calls[number].entries[end].made
+                return contact(path, place.structure, place.point)
+            # By default the points of one structure in their order, or one structure for each chain.
+            if end == "behind":
+                return None
+            if points == [len(calls)]:
+                return contact(path, 0, number)
+            if points == [1] * len(calls):
+                return contact(path, number, 0)
+            many = f"{count_of(len(bodies), 'structure')} with {count_of(sum(points), 'contact point')}"
+            raise Fault(path, f"is missing; there are {many}, so give one, such as {{ structure = 0, point = 0 }}")
+
+        faced, behind = ([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))
+        given: tuple[Any, Any, Any] = chains, faced, behind
+        settings = run.made
+        if not isinstance(self.tree.entries["chain"], list):
+            given = chains[0], faced[0], behind[0]
+        try:
+            return CoSimulation(given[0], given[1], behind=given[2], **settings)
+        except ValueError as error:
+            name = str(error).partition(": ")[0].partition(" = ")[0]
+            tables = {**dict.fromkeys(run.form.entries, run), "structure": self.tree}
+            # What names no section is about the chain.
+            raise tables.get(name, calls[0]).fault(str(error)) from error
 
 
-@contextmanager
-def of_run(case: Case) -> Iterator[None]:
-    """Turn messages that name an entry of the section [run] into its Faults."""
-    run: Call = case.tree.entries["run"]
-    try:
-        yield
-    except ValueError as error:
-        fault = run.fault(str(error))
-        raise fault if fault.path != run.path else error from error
+def points_of(structure: Call) -> int:
+    """Return the number of points of a structure that chains touch."""
+    at = structure.entries.get("at")
+    return len(at) if isinstance(at, list) else 1 + (structure.entries.get("base") == "contact")
+
+
+def structure_of(body: Call, run: Call) -> Any:
+    """Return a structure, damped, and reduced where it is large; the last ones are kept."""
+    if not are_meshed():
+        return _structure(body, run)
+    noted = {name for name, one in body.form.entries.items() if any(isinstance(note, InFile) for note in one.notes)}
+    times = [File(value).stat().st_mtime_ns for name, value in body.entries.items() if name in noted]
+    # Two equal structures of one case are two bodies.
+    key = repr((body.path, body, body.context.until, run.entries.get("reduce"), fineness(), times))
+    if key not in _STRUCTURES:
+        _STRUCTURES[key] = _structure(body, run)
+        for old in list(_STRUCTURES)[:-STORED]:
+            del _STRUCTURES[old]
+    return _STRUCTURES[key]
+
+
+def _structure(body: Call, run: Call) -> Any:
+    structure = body.made
+    if isinstance(structure, Plate):
+        at = body.entries["at"]
+        x, y = ([*coordinates] for coordinates in zip(*at, strict=True)) if isinstance(at, list) else at
+        with body.located():
+            structure = structure.at(x, y, body.entries.get("face", "front"))
+
+    # Losses in layers and those of Rayleigh act on the matrices, others on the reduced structure.
+    losses: list[Call] = body.entries.get("damping", [])
+    early = [loss for loss in losses if isinstance(loss.made, Rayleigh) or "layer" in loss.entries]
+    for loss in early:
+        with loss.located():
+            structure = damped(structure, loss.made, loss.entries.get("layer"))
+    wanted = run.entries.get("reduce", True)
+    if structure is not None and structure.size and wanted is not False:
+        with run.located():
+            if isinstance(wanted, Call):
+                structure = reduce(structure, **wanted.made)
+            elif structure.valid_until == inf and not MovingStructure(structure).compact:
+                structure = reduce(structure, until=body.context.until)
+    for loss in losses:
+        if loss not in early:
+            with loss.located():
+                structure = damped(structure, loss.made)
+    return structure
+
+
+@dataclass(frozen=True)
+class Build:
+    """What builds a case with values of some entries, given by names of their own. units: SI, by name, for messages."""
+
+    case: Case
+    paths: Mapping[str, Path]
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def __call__(self, **values: Any) -> CoSimulation:
+        """Return the co-simulation."""
+        return self.case.changed({self.paths[name]: value for name, value in values.items()}).simulation()
 
 
 def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] = ()) -> tuple[Case, Source]:
@@ -227,164 +325,7 @@ def load(files: Iterable[File]) -> None:
         _LOADED[place] = content
 
 
-def tree_of(data: Mapping[str, Any], folder: File) -> Call:
-    """Return the sections of a case, read and checked; nothing is built."""
-    for section in SECTIONS_OF_PATHS:
-        keys = entry(data, section)
-        for key in keys if isinstance(keys, dict) else ():
-            path: Path = (key,)
-            while isinstance(inner := entry(keys, path), dict) and inner and "from" not in inner:
-                path = *path, next(iter(inner))
-            if len(path) > 1 and "." not in key:
-                raise Fault((*section, key), f'a path belongs in quotes: "{written(path)}" = …')
-
-    context, form = Context(folder), form_of(Sections)
-    materials = data.get("materials")
-    inner = noted(form.entries["materials"].type.__args__[1])
-    for name, table in materials.items() if isinstance(materials, dict) else ():
-        if not isinstance(table, dict):
-            raise Fault(("materials", name), "must be a table of the properties of a material")
-        parameter = Parameter(name, *inner, None, False)
-        context.materials[name] = read_value(table, parameter, ("materials", name), context)
-    tree = read_value(dict(data), Parameter("", Sections, (), None, False), (), context)
-    for name in ("chain", "structure"):
-        if isinstance(many := tree.entries[name], list) and len(many) > MOST:
-            raise Fault((name,), f"has {len(many)} sections; at most {MOST}")
-    context.until = tree.entries["run"].entries["until"]
-    return tree  # type: ignore[no-any-return]
-
-
-def contacts_of(structure: Call) -> int:
-    """Return the number of points of a structure that chains face."""
-    at = structure.entries.get("at")
-    return len(at) if isinstance(at, list) else 1 + (structure.entries.get("base") == "contact")
-
-
-def _simulation(tree: Call) -> CoSimulation:
-    """Return the co-simulation of a case: each structure is built once, and each chain gets its contact points."""
-    for material in tree.context.materials.values():
-        _ = material.made
-    several = isinstance(tree.entries["chain"], list)
-    calls: list[Call] = tree.entries["chain"] if several else [tree.entries["chain"]]
-    chains = [call.made for call in calls]
-    structures = tree.entries["structure"]
-    bodies: list[Call] = structures if isinstance(structures, list) else [structures]
-    behind: Call | None = tree.entries.get("behind")
-    if behind is not None and (several or isinstance(structures, list)):
-        raise Fault(("behind",), "belongs to one [chain] on one [structure]; else give the chain behind = {...}")
-    run: Call = tree.entries["run"]
-    built: dict[Path, Any] = {}
-    taken: set[tuple[int, int]] = set()
-
-    def of(body: Call) -> Any:
-        if body.path not in built:
-            built[body.path] = structure_of(body, run)
-        return built[body.path]
-
-    def contact(number: int, point: int, path: Path) -> Any:
-        """Return the contact point of a structure that no other chain has; the structure where it has one point."""
-        if number >= len(bodies):
-            reason = f"{number} is no structure of {len(bodies)}, counted from 0"
-            raise Fault((*path, "structure"), reason)
-        body, points = bodies[number], contacts_of(bodies[number])
-        if point >= points:
-            reason = f"{point} is no contact point of {points}, counted from 0; give the structure more"
-            raise Fault((*path, "point"), reason)
-        if (number, point) in taken and body.target is not nothing:
-            raise Fault(path, "is the contact point of another chain; give each its own, as in at = [[...], [...]]")
-        taken.add((number, point))
-        return of(body) if points == 1 or of(body) is None else ContactPoint(of(body), point)
-
-    def facing(number: int, call: Call) -> Any:
-        """Return what the last bead of a chain faces, by default the points of the structures in their order."""
-        path, count = (*call.path, "on"), len(calls)
-        if seat := call.entries.get("on"):
-            return contact(seat.made.structure, seat.made.point, path)
-        if len(bodies) not in (1, count):
-            hint = (
-                f"is missing; there are {count_of(len(bodies), 'structure')}, so give one, such as {{ structure = 0 }}"
-            )
-            raise Fault(path, hint)
-        index = number if len(bodies) == count else 0
-        points = contacts_of(bodies[index])
-        if points > 1 and (len(bodies) > 1 or count != points):
-            hint = f"is missing; the structure has {points} contact points, so give one, such as {{ point = 0 }}"
-            raise Fault(path, hint)
-        return contact(index, number if len(bodies) == 1 and count > 1 else 0, path)
-
-    def at_struck_end(call: Call) -> Any:
-        path = (*call.path, "behind")
-        if seat := call.entries.get("behind"):
-            if behind is not None:
-                raise Fault(path, "is given by the section [behind] as well; leave out one")
-            return contact(seat.made.structure, seat.made.point, path)
-        return None if behind is None else of(behind)
-
-    faced = [facing(number, call) for number, call in enumerate(calls)]
-    behinds = [at_struck_end(call) for call in calls]
-    settings = run.made
-    try:
-        if several:
-            return CoSimulation(chains, faced, behind=behinds, **settings)
-        return CoSimulation(chains[0], faced[0], behind=behinds[0], **settings)
-    except ValueError as error:
-        # What names no section is about the chain.
-        head = str(error).partition(": ")[0].partition(" = ")[0]
-        fault = run.fault(str(error)) if head in run.form.entries else calls[0].fault(str(error))
-        raise (tree.fault(str(error)) if head in ("structure", "behind") else fault) from error
-
-
-def structure_of(body: Call, run: Call) -> Any:
-    """Return a structure, damped, and reduced where it is large; the last ones are kept."""
-    files = [
-        value
-        for name, value in body.entries.items()
-        if any(isinstance(n, InFile) for n in body.form.entries[name].notes)
-    ]
-    changed_at = [File(file).stat().st_mtime_ns for file in files]
-    # Two equal structures of one case are two bodies.
-    wanted = body.entries.get("reduce", run.entries.get("reduce"))
-    key = "\n".join(map(repr, (body.path, body, body.context.until, wanted, fineness(), changed_at)))
-    if not are_meshed():
-        return _structure(body, run)
-    if key not in _STRUCTURES:
-        _STRUCTURES[key] = _structure(body, run)
-        while len(_STRUCTURES) > STORED:
-            _STRUCTURES.popitem(last=False)
-    _STRUCTURES.move_to_end(key)
-    return _STRUCTURES[key]
-
-
-def _structure(body: Call, run: Call) -> Any:
-    """Return a structure; losses in layers and of Rayleigh act on its matrices, others on the reduced structure."""
-    structure: Structure | None = body.made
-    if structure is None:
-        return None
-    losses: list[Call] = body.entries.get("damping", [])
-    early = [loss for loss in losses if issubclass(loss.form.makes, Rayleigh) or "layer" in loss.entries]
-    for loss in early:
-        structure = _damped(structure, loss)
-    structure = _reduced(structure, body if "reduce" in body.entries else run)
-    for loss in losses:
-        if loss not in early:
-            structure = _damped(structure, loss)
-    return structure
-
-
-def _damped(structure: Structure, loss: Call) -> Structure:
-    with loss.located():
-        return damped(structure, loss.made, loss.entries.get("layer"))
-
-
-def _reduced(structure: Structure, table: Call) -> Structure:
-    """Return the structure as the entry `reduce` of a table wants it; by default small ones stay as they are."""
-    wanted = table.entries.get("reduce", True)
-    if wanted is False or not structure.size:
-        return structure
-    if not isinstance(wanted, Call):
-        if structure.valid_until < float("inf") or MovingStructure(structure).compact:
-            return structure
-        with table.located():
-            return reduce(structure, until=table.context.until)
-    with wanted.located():
-        return reduce(structure, **wanted.made)
+def of_case(finding: str) -> str:
+    """Return a finding of a run, with times and laws as a case has them: until = "0.61 ms", not until = 0.00061 (0.61
+    ms)."""
+    return UNTIL.sub(r'until = "\1"', finding).replace("law=hl.laws.JacksonGreen() in Chain", YIELDING)

@@ -7,12 +7,12 @@ import joblib
 
 from coupling.inference.plates import on_modes
 from coupling.participant import CheckedParticipant
-from hertzlink.cases.case import of_run
 from hertzlink.cases.identification import prepared, question_of
 from hertzlink.cases.tasks import Task
 from structures.caution import collected
 from structures.checks import count_of
 from structures.moving import MovingStructure
+from structures.units import readable
 
 PART = 10
 """The trial runs this part of the record."""
@@ -29,7 +29,7 @@ def outlook(task: Task) -> str:
         began = perf_counter()
         simulation = first.simulation()
         building = perf_counter() - began
-        with of_run(first):
+        with first.located():
             save_every = first.tree.entries["run"].entries.get("save_every")
             plan = simulation.plan(first.until, None if task.axes else save_every)
         for axis in task.axes:
@@ -62,10 +62,9 @@ def outlook(task: Task) -> str:
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
-    lines.append(
-        f"time: about {in_words(seconds)} (measured: {in_words(starting)} to start, {in_words(building)} to build a "
-        f"structure,\n  {in_words(running)} for a run, from a tenth of one; {count_of(jobs, 'process', 'processes')})"
-    )
+    total, start, build, run = (readable(time, "s", 2) for time in (seconds, starting, building, running))
+    lines.append(f"time: about {total} (measured: {start} to start, {build} to build a structure,")
+    lines.append(f"  {run} for a run, from a tenth of one; {count_of(jobs, 'process', 'processes')})")
     if task.case.identify is not None:
         question, until = prepared(question_of(task.case))
         lines.append(f"identify: {count_of(len(question.ranges), 'unknown')}")
@@ -80,15 +79,6 @@ def _structure(moving: MovingStructure | CheckedParticipant) -> str:
     if isinstance(moving, CheckedParticipant):
         return "a structure of your own"
     size, origin = moving.structure.size, moving.structure.origin
-    kind = str(origin.get("kind", "nothing"))
-    if "reduction" in origin:
-        of = origin["reduction"]["full_size"]
-        return f"{kind}, a mesh of {of} unknowns, reduced to {count_of(size, 'oscillator')}"
-    return f"{kind}, {count_of(size, 'unknown')}" if size else f"{kind}, no unknowns"
-
-
-def in_words(seconds: float) -> str:
-    """Return a time in a unit that suits it, with two digits."""
-    limits = ((1.0, 1e-3, "ms"), (120.0, 1.0, "s"), (7200.0, 60.0, "minutes"), (float("inf"), 3600.0, "h"))
-    size, unit = next((size, unit) for limit, size, unit in limits if seconds < limit)
-    return f"{float(f'{seconds / size:.2g}'):g} {unit}"
+    of = origin["reduction"]["full_size"] if "reduction" in origin else 0
+    words = f"a mesh of {of} unknowns, reduced to {count_of(size, 'oscillator')}" if of else count_of(size, "unknown")
+    return f"{origin.get('kind', 'nothing')}, {words}"

@@ -5,40 +5,55 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from functools import cache
+from importlib import import_module
 from types import NoneType
 from typing import Any, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 
-from hertzlink import _described as _described  # for what they describe
+from coupling.black_box import Scheme
+from hertzlink._names import HOME, PUBLIC, listed_in
 from hertzlink._rooms import ROOMS
-from hertzlink.cases.paths import Path
+from hertzlink.cases.source import Path
 from particles.bead import ATTRIBUTES, Bead
+from particles.dissipation import Dissipation
+from particles.excitation import Excitation
+from particles.laws.law import ContactLaw
+from particles.laws.yielding import YieldingLaw
 from plates.laminate import Laminate, OrthotropicMaterial
 from plates.plate import Plate
 from plates.section import Section
+from structures.damping import Viscous
 from structures.described import Described, Parameter, description, noted, of_family, registered
 from structures.material import Material
 from structures.quantities import Asks, Quantity
 from structures.structure import Structure
 
-TAGS: dict[type, str] = {Bead: "shape"}
-"""The families of which a table is one member, and the entry that says which; `parts` adds the others."""
+WITHOUT_NAME = ("particles.laws.axisymmetric",)
+"""Modules of parts without a public name: the law that `computed_law` returns."""
 
-SPECIAL: dict[Any, "Special"] = {}
-"""What a table has besides the arguments of its target; `parts` fills it."""
-
-EXTRA: dict[type, dict[str, Any]] = {}
-"""Members of families that are not found by what they make, by their kinds."""
-
-COMMON: dict[type, Any] = {}
-"""Functions whose parameters are entries of all members of a family, which are read where the table stands."""
+TAGS: dict[type, str] = {Bead: "shape"} | dict.fromkeys(
+    (Structure, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw), "kind"
+)
+"""The families of which a table is one member, and the entry that says which."""
 
 OF_MATERIAL = (Material, OrthotropicMaterial)
 """Classes of which a text names one."""
 
 BY_ENTRIES = (*OF_MATERIAL, Laminate, Section)
 """Classes of which a table says by its entries which one is meant, without a kind."""
+
+PLACES: dict[str, Path] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
+"""Names in messages about a point, and the entries to which they belong."""
+
+SPECIAL: dict[Any, "Special"] = {}
+"""What a table has besides the arguments of its target; `parts` fills it, and what follows."""
+
+EXTRA: dict[type, dict[str, Any]] = {}
+"""Members of families that are not found by what they make, by their kinds."""
+
+COMMON: dict[type, Any] = {}
+"""Functions whose parameters are entries of all that makes an object of a class, read where the table stands."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +72,16 @@ class Special(NamedTuple):
 
     make: Callable[..., Any]
     without: tuple[str, ...] = ()
-    named: Mapping[str, Path] = {}
+    named: Mapping[str, Path] = PLACES
 
 
 def in_cases(
-    *targets: Any, without: tuple[str, ...] = (), named: Mapping[str, Path] | None = None
+    *targets: Any, without: tuple[str, ...] = (), named: Mapping[str, Path] = PLACES
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Register a function as what makes the tables of some targets; see `Special`."""
 
     def register(make: Callable[..., Any]) -> Callable[..., Any]:
-        SPECIAL.update(dict.fromkeys(targets, Special(make, without, named or {})))
+        SPECIAL.update(dict.fromkeys(targets, Special(make, without, named)))
         return make
 
     return register
@@ -88,11 +103,6 @@ class Form:
         """The names of all entries."""
         return [*([self.tag] if self.tag else []), *self.entries]
 
-    @property
-    def makes(self) -> Any:
-        """The class of what is made."""
-        return Described(self.target).makes
-
 
 @cache
 def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
@@ -110,7 +120,10 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
     if radius is not None and radius.required:
         radius = replace(radius, default=None)
         entries |= {"radius": radius, "diameter": replace(radius, name="diameter")}
-    common = _own(COMMON[family]) if family in COMMON and of.makes is not NoneType else {}
+    common: dict[str, Parameter] = {}
+    if family is not None and of.makes is not NoneType:
+        bases = {family, *getattr(of.makes, "__mro__", ())}
+        common = {name: p for base, function in COMMON.items() if base in bases for name, p in _own(function).items()}
     tag = "" if family is None else TAGS[family]
     return Form(target, kind or of.kind, tag, entries | common, frozenset(common), special)
 
@@ -127,18 +140,15 @@ def members(family: type) -> dict[str, Form]:
 
 @cache
 def _members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
-    if family is Bead:
-        many = [
-            of
-            for of in all_described
-            if inspect.isclass(of.target) and {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}
-        ]
-    elif family is Structure:
-        many = [of for of in (*of_family(Structure), *of_family(Plate)) if of.builds]
-    else:
-        many = [*of_family(family)]
     found: dict[str, Described] = {}
+    if family is Bead:
+        targets = [of for of in all_described if inspect.isclass(of.target)]
+        many = [of for of in targets if {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}]
+    else:
+        many = [of for base in (family, *([Plate] if family is Structure else [])) for of in of_family(base)]
     for of in many:
+        if family is Structure and not of.builds:
+            continue
         first = found.get(of.kind)
         if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
             place = getattr(sys.modules.get(of.target.__module__), "__file__", of.target.__module__)
@@ -166,51 +176,75 @@ def forms_at(kinds: Sequence[tuple[Any, Sequence[Any]]]) -> tuple[dict[str, dict
     return tagged, plain
 
 
-def alternatives(kind: Any, notes: Sequence[Any]) -> list[tuple[Any, tuple[Any, ...]]]:
-    """Return the types that an annotation allows, each with its notes."""
-    if get_origin(kind) is not Union:
-        return [(kind, tuple(notes))]
-    return [pair for member in get_args(kind) for pair in alternatives(*noted(member))]
+def of_hint(hint: Any) -> Parameter:
+    """Return what an annotation asks for, as a parameter without a name."""
+    return Parameter("", *noted(hint), None, False)
 
 
-def is_list(kind: Any) -> bool:
-    """Return whether an annotation asks for a list: a sequence, a tuple or an array."""
-    origin = get_origin(kind)
-    # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
-    return is_array(kind) or (inspect.isclass(origin) and issubclass(origin, Sequence))
+def alternatives(parameter: Parameter) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Return the types that a parameter may have, each with its notes."""
+    if get_origin(parameter.type) is not Union:
+        return [(parameter.type, parameter.notes)]
+    return [pair for member in get_args(parameter.type) for pair in alternatives(of_hint(member))]
 
 
 def is_array(kind: Any) -> bool:
     """Return whether an annotation asks for an array."""
     origin = get_origin(kind)
+    # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
     return np.ndarray in (origin, get_origin(getattr(origin, "__value__", None)))
 
 
-def items_of(kind: Any) -> tuple[Any, int | None]:
-    """Return the annotation of the entries of a list, and how many a tuple has."""
+def is_list(kind: Any) -> bool:
+    """Return whether an annotation asks for a list: a sequence, a tuple or an array."""
+    origin = get_origin(kind)
+    return is_array(kind) or (inspect.isclass(origin) and issubclass(origin, Sequence))
+
+
+def is_mapping(kind: Any) -> bool:
+    """Return whether an annotation asks for a table whose entries have any names."""
+    origin = get_origin(kind)
+    return inspect.isclass(origin) and issubclass(origin, Mapping)
+
+
+def items_of(kind: Any) -> tuple[Parameter, int | None]:
+    """Return what the entries of a list or mapping are, and how many a tuple has."""
     items = [item for item in get_args(kind) if item is not ...]
-    return items[0], len(items) if get_origin(kind) is tuple and ... not in get_args(kind) else None
+    return of_hint(items[-1]), len(items) if get_origin(kind) is tuple and ... not in get_args(kind) else None
+
+
+def asked(parameter: Parameter) -> str:
+    """Return the words that ask for an entry."""
+    return next((note.text for note in parameter.notes if isinstance(note, Asks)), "")
 
 
 def hint_of(parameter: Parameter) -> str:
     """Return what to write for an entry, from its annotation."""
-    if asks := asked(parameter.notes):
+    if asks := asked(parameter):
         return f"give {asks}"
-    if any(kind is Material for kind, _ in alternatives(parameter.type, parameter.notes)):
+    if any(kind is Material for kind, _ in alternatives(parameter)):
         return 'give a material, such as "aluminium 6061"'
-    quantity = next((note for note in parameter.notes if isinstance(note, Quantity)), None)
-    if quantity is None:
+    if (quantity := parameter.quantity) is None:
         return "give it"
     unit, example = quantity.unit_in_files, example_of(quantity)
     return f'give {quantity.noun}, such as "{example}", or a number in {unit}' if unit else f"give {quantity.noun}"
-
-
-def asked(notes: Sequence[Any]) -> str:
-    """Return the words that ask for an entry."""
-    return next((note.text for note in notes if isinstance(note, Asks)), "")
 
 
 def example_of(quantity: Quantity) -> str:
     """Return a number as a case has it; a quantity of a user's own may have no example."""
     plain = quantity.example == Quantity.example
     return f"{quantity.example} {quantity.unit_in_files}".strip() if plain else quantity.example
+
+
+def _describing() -> list[str]:
+    """Return the modules of public names that describe parts, by their sources: to import all would load all."""
+    spaces = [listed_in(HOME / f"{name}.py") for name, module in PUBLIC.items() if module == "hertzlink"]
+    modules = {module for names in (PUBLIC, *spaces) for module in names.values()}
+    files = {name: (HOME.parent / name.replace(".", "/")).with_suffix(".py") for name in sorted(modules)}
+    inside = {name: file for name, file in files.items() if name.partition(".")[0] in ROOMS and file.is_file()}
+    uses = "from structures.described import"
+    return [*(name for name, file in inside.items() if uses in file.read_text("utf-8")), *WITHOUT_NAME]
+
+
+for _module in _describing():
+    import_module(_module)

@@ -16,12 +16,10 @@ from coupling.results.provenance import versions
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
 from coupling.sweeps.store import Store
-from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case
 from hertzlink.cases.identification import NOT_IDENTIFIED, fit, question_of, signal_of
-from hertzlink.cases.paths import written
 from hertzlink.cases.tables import WIDTH, Answer, Table
-from hertzlink.cases.tasks import sensors_of
+from hertzlink.cases.tasks import path_of, sensors_of, si_value
 from structures.checks import count_of
 
 
@@ -54,16 +52,16 @@ class Taken:
         name, as they are."""
         if "." not in name:
             return text
+        path = path_of(name, ())
+        asked = self.case.identify.unknowns if self.case.identify else ()
+        if path in (path_of(key, ()) for key in asked):
+            raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
         value: Any = f"{text} {unit}".strip()
         if not unit:
             try:
                 value = float(text)
             except ValueError:
                 value = text
-        path = path_of(name, ())
-        asked = self.case.identify.unknowns if self.case.identify else ()
-        if written(path) in (written(path_of(key, ())) for key in asked):
-            raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
         return si_value(self.case, path, value, path)
 
 
@@ -112,21 +110,18 @@ def _table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
     for k, verdict in enumerate(verdicts):
         point = data.isel(point=k)
         place, taps = [float(point.x), float(point.y)], int(point.taps)
-        for name in data.unknown.values:
+        shown = [f"{value / data[along].attrs['size']:g}" for along, value in zip("xy", place, strict=True)]
+        shown.append(str(taps))
+        for name in map(str, data.unknown.values):
             one = point.sel(unknown=name)
-            numbers = [float(one[what]) for what in ("value", "low", "high")]
+            value, low, high, size = (float(one[what]) for what in ("value", "low", "high", "unit_size"))
+            said = str(one.verdict.item())
             end = [float(point.misfit), taps, str(point.files.item()), str(point.error.item())]
-            rows.append([*place, str(name), *numbers, str(one.verdict.item()), *end])
-        texts = [f"{value / data[along].attrs['size']:g}" for along, value in zip("xy", place, strict=True)]
-        cells.append([*texts, str(taps), *(_cell(point.sel(unknown=name)) for name in asked), verdict])
+            rows.append([*place, name, value, low, high, said, *end])
+            if name in asked and np.isnan(value):
+                shown.append("-")
+            elif name in asked:  # half of the interval, or the interval alone of an unknown that is blind
+                text = Unknown(name, value, (low, high), said, unit_size=size).row()
+                shown.append(f"({text[2]})" if said == BLIND else f"{text[1]} ± {(high - low) / 2.0 / size:#.2g}")
+        cells.append([*shown, verdict])
     return Table("map.csv", columns, rows, head, cells)
-
-
-def _cell(one: xr.Dataset) -> str:
-    """Return a value and half of its interval; the interval alone of an unknown that is blind."""
-    value, low, high, size = (float(one[what]) for what in ("value", "low", "high", "unit_size"))
-    if np.isnan(value):
-        return "-"
-    verdict = str(one.verdict.item())
-    row = Unknown(str(one.unknown.item()), value, (low, high), verdict, unit_size=size).row()
-    return f"({row[2]})" if verdict == BLIND else f"{row[1]} ± {(high - low) / 2.0 / size:#.2g}"

@@ -1,34 +1,30 @@
-"""The tables of a case that are more than the call of a public function: materials, chain, plates, run, sections."""
+"""The tables of a case that are more than the call of a public function: materials, chain, panels, run, sections."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Annotated, Any
 
-from coupling.black_box import Scheme
 from coupling.cosimulation import CoSimulation
 from coupling.plan import Adaptive
-from hertzlink.cases.forms import COMMON, EXTRA, TAGS, Of, hint_of, in_cases
-from hertzlink.cases.paths import Fault
+from hertzlink.cases.forms import COMMON, EXTRA, Of, hint_of, in_cases
 from hertzlink.cases.reader import Call
+from hertzlink.cases.source import Fault
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
-from particles.dissipation import Dissipation
 from particles.excitation import Excitation, SpringLoaded
 from particles.laws.axisymmetric import computed_law
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw
 from plates.additions import PointMass
-from plates.builders import kirchhoff_plate, mindlin_panel, mindlin_plate
-from plates.half_plane import infinite_plate
-from plates.laminate import Laminate, OrthotropicMaterial
+from plates.builders import mindlin_panel
+from plates.laminate import OrthotropicMaterial
 from plates.plate import Plate
-from plates.section import Section
 from plates.shapes.outline import Outline
 from plates.shapes.outline import circle as circle_of
 from structures.damping import StandardLinearSolid, Viscous
-from structures.imported import from_matrices, from_modes
+from structures.imported import from_matrices
 from structures.material import Material
 from structures.quantities import (
     Asks,
@@ -42,15 +38,11 @@ from structures.quantities import (
     Quantity,
     RelaxationTime,
     Time,
-    WallThickness,
 )
 from structures.reduction import reduce as reduced
 from structures.structure import Structure
 
 MOST_BEADS = 100_000
-
-MOST = 100
-"""Chains, and structures."""
 
 BEAD = 'a bead, such as { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }'
 
@@ -63,14 +55,6 @@ Bar = Annotated[int, Count(1, MOST_BEADS)]
 Number = Annotated[int, Count(0)]
 Sensor = Annotated[int, Count()]
 
-TAGS |= dict.fromkeys((Structure, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw), "kind")
-
-
-def _own_name(call: Call, name: str = "") -> dict[str, str]:
-    """Return the name of a material: that under which the user knows it."""
-    name = str(call.path[-1]) if call.path[0] == "materials" else name
-    return {"name": name} if name else {}
-
 
 @in_cases(Material)
 def material(
@@ -79,28 +63,21 @@ def material(
     youngs_modulus: Any = None,
     poisson_ratio: Any = None,
     density: Any = None,
+    name: Any = "",
     **others: Any,
 ) -> Material:
     """A material by its properties, or by those that differ from another one's."""
-    properties = {"youngs_modulus": youngs_modulus, "poisson_ratio": poisson_ratio, "density": density}
-    stated = {name: value for name, value in properties.items() if value is not None} | others
-    if like is None:
-        for name in properties:
-            if name not in stated:
-                hint = hint_of(call.form.entries[name])
-                raise call.refused(name, f"is missing; {hint}, or name another material by like")
-        return Material(**_own_name(call) | stated)
-    before = {one.name: getattr(like, one.name) for one in fields(Material)}
-    of_case = isinstance(call.entries["like"], Call)
-    if call.path[0] != "materials" and {**before, **stated} == before:
-        return like
-    return Material(**before | _own_name(call, like.name if of_case else f"like {like.name}") | stated)
-
-
-@in_cases(OrthotropicMaterial)
-def sheet(call: Call, **others: Any) -> OrthotropicMaterial:
-    """An orthotropic sheet."""
-    return OrthotropicMaterial(**_own_name(call) | others)
+    stated = {"youngs_modulus": youngs_modulus, "poisson_ratio": poisson_ratio, "density": density} | others
+    stated = {key: value for key, value in stated.items() if value is not None}
+    if like is not None:
+        before = {one.name: getattr(like, one.name) for one in fields(Material)}
+        changed = {**before, **stated}
+        return like if changed == before and not name else Material(**changed | {"name": name or f"like {like.name}"})
+    for key in ("youngs_modulus", "poisson_ratio", "density"):
+        if key not in stated:
+            hint = hint_of(call.form.entries[key])
+            raise call.refused(key, f"is missing; {hint}, or name another material by like")
+    return Material(**stated, name=name)
 
 
 def many_of_one(count: Bar = 1) -> None:
@@ -122,9 +99,6 @@ def spring(
 def numerical(call: Call, **others: Any) -> Any:
     """A law by finite elements, for two of the beads, which `chain` knows."""
     return partial(computed_law, **others)
-
-
-EXTRA[ContactLaw] = {"numerical": computed_law}
 
 
 @dataclass(frozen=True)
@@ -198,7 +172,7 @@ def _row(calls: list[Call]) -> list[Any]:
     beads: dict[str, Any] = {}
     row = []
     for one in calls:
-        key = repr((one.kind, {name: value for name, value in one.entries.items() if name != "count"}))
+        key = repr((one.form.kind, {name: value for name, value in one.entries.items() if name != "count"}))
         if key not in beads:
             beads[key] = one.made
         row += [beads[key]] * one.entries.get("count", 1)
@@ -209,15 +183,23 @@ def nothing() -> None:
     """The last bead flies off."""
 
 
-def any_structure(
-    damping: Sequence[Viscous] = (),
-    reduce: Annotated[Reduce, Asks("true, false, or a table such as { tolerance = 0.01 }")] | None = None,
+EXTRA |= {ContactLaw: {"numerical": computed_law}, Structure: {"nothing": nothing}}
+
+
+def any_structure(damping: Sequence[Viscous] = ()) -> None:
+    """The entry of every structure: its losses."""
+
+
+def struck(
+    at: Annotated[
+        Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
+    ],
+    face: Face | Sequence[Face] = "front",
 ) -> None:
-    """The entries of every structure: losses, and how it is reduced, as in [run]."""
+    """The entries of every plate: where it is struck."""
 
 
-EXTRA[Structure] = {"nothing": nothing}
-COMMON[Structure] = any_structure
+COMMON |= {Structure: any_structure, Plate: struck}
 
 
 @in_cases(StandardLinearSolid)
@@ -242,97 +224,31 @@ def reduction(call: Call, until: RelaxationTime | None = None, **others: Any) ->
 def matrices(
     call: Call, damping_matrix: Annotated[Any, InFile("a damping matrix", "plate.mtx")] | None = None, **others: Any
 ) -> Structure:
-    """A body from the matrices of another program."""
+    """A body from the matrices of another program; `damping` are the losses of every structure."""
     return from_matrices(**others, damping=damping_matrix)
 
 
-@in_cases(from_modes, without=("shapes",))
-def modes_of_test(call: Call, **others: Any) -> Structure:
-    """A body from the modes of another program or of a test."""
-    return from_modes(**others)
-
-
-def walled(call: Call, thickness: float | None, material: Any, wall: Any) -> dict[str, Any]:
-    """Return the thickness and material of a plate of one material, or of a wall with a thickness of its own."""
-    one = {"thickness": 'a length, such as "2.29 mm"', "material": 'a material, such as "aluminium 6061"'}
-    for name, what in one.items():
-        if wall is None and name not in call.entries:
-            raise call.refused(name, f"is missing; give {what}, or a wall")
-        if wall is not None and name in call.entries:
-            raise call.refused(name, "belongs to a wall of one material; leave it out, or leave out wall")
-    return {"thickness": thickness, "material": material if wall is None else wall}
-
-
-Wall = Annotated[
-    Laminate | Section,
-    Asks("a table with plies, or with bending, shear, mass, rotary_inertia, thickness and struck"),
-]
-Places = Annotated[
-    Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
-]
-OF_PLACES = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
-
-
-@in_cases(kirchhoff_plate, mindlin_plate, named=OF_PLACES)
-def plate(
-    call: Call,
-    at: Places,
-    face: Face | Sequence[Face] = "front",
-    thickness: WallThickness | None = None,
-    material: Material | None = None,
-    wall: Wall | None = None,
-    **others: Any,
-) -> Structure:
-    """A plate that is struck at one point or at several."""
-    body: Plate = call.target(**walled(call, thickness, material, wall), **others)
-    x: Any
-    y: Any
-    x, y = ([*coordinates] for coordinates in zip(*at, strict=True)) if isinstance(at, list) else at
-    return body.at(x, y, face)
-
-
-@in_cases(mindlin_panel, without=("shape",), named=OF_PLACES)
+@in_cases(mindlin_panel, without=("shape",))
 def panel(
     call: Call,
-    at: Places,
     circle: Annotated[Length, Asks("the radius of a round plate, whose centre is the origin")] | None = None,
     corners: Sequence[Point] | None = None,
     holes: Sequence[Sequence[Point]] = (),
     edges: Annotated[str | Sequence[str], Asks("a name for each side, or one for all")] | None = None,
     mesh: Annotated[Any, InFile("a mesh", "panel.msh")] | None = None,
-    face: Face | Sequence[Face] = "front",
-    thickness: WallThickness | None = None,
-    material: Material | None = None,
-    wall: Wall | None = None,
     **others: Any,
-) -> Structure:
+) -> Plate:
     """A plate of any outline."""
     shapes = [name for name in ("circle", "corners", "mesh") if name in call.entries]
     if len(shapes) != 1:
         what = f"give {' or '.join(shapes)} alone" if shapes else "is missing; give corners, circle or mesh"
         raise call.refused((shapes or ["corners"])[-1], what)
-    shape = mesh
-    if mesh is None:
-        around = circle_of(circle) if circle is not None else corners or []
-        names: Any = edges if isinstance(edges, str) else tuple(edges or ())
-        shape = Outline(tuple(around), tuple(map(tuple, holes)), names)
-    struck: Structure = plate(call, at, face, thickness, material, wall, shape=shape, **others)
-    return struck
+    around = circle_of(circle) if circle is not None else corners or []
+    names: Any = edges if isinstance(edges, str) else tuple(edges or ())
+    return mindlin_panel(mesh or Outline(tuple(around), tuple(map(tuple, holes)), names), **others)
 
 
-@in_cases(infinite_plate)
-def endless(
-    call: Call,
-    thickness: WallThickness | None = None,
-    material: Material | None = None,
-    wall: Laminate | None = None,
-    **others: Any,
-) -> Structure:
-    """An infinite plate."""
-    return infinite_plate(**walled(call, thickness, material, wall), **others)
-
-
-@in_cases(PointMass, without=("x", "y"), named=OF_PLACES)
+@in_cases(PointMass, without=("x", "y"))
 def point_mass(call: Call, at: Point, **others: Any) -> PointMass:
     """A point mass."""
     return PointMass(*at, **others)
@@ -429,7 +345,6 @@ class Sections:
     run: Annotated[dict[str, Any], Of(CoSimulation.__init__), Asks('a section: [run] with until = "1.5 ms"')]
     title: str | None = None
     materials: Mapping[str, Material | OrthotropicMaterial] = field(default_factory=dict)
-    behind: Structure | None = None
     sweep: (
         Mapping[
             str,

@@ -1,48 +1,148 @@
-"""A case file and what it extends, as one tree of data, with the line of each entry."""
+"""A case file and what it extends, as one tree of data with the line of each entry; paths of entries, and faults."""
 
+import json
+import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from itertools import count
-from math import isnan
 from pathlib import Path as File
 from typing import Any
 
-from hertzlink.cases.paths import CaseError, Fault, Path, entry, parsed, put
-from structures.checks import short
+from structures.checks import count_of, short
 from structures.units import in_si
 
-DEEPEST = 10
-"""Files that extend each other."""
+Path = tuple[str | int, ...]
 
-LARGEST = 1_000_000
-"""B of a file; the longest force history fits."""
+PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
 
-KINDS = ("kind", "shape")
-"""Entries that say what a table is: one of another kind replaces the whole table of the file that is extended."""
+# Files that extend each other; bytes of a file, so that the longest force history fits; letters of a list in one line.
+DEEPEST, LARGEST, WIDTH = 10, 1_000_000, 110
 
 CHANGE = "--set"
 """The place of an entry that the command line changes."""
 
-FILES = ("mesh",)
-"""Entries that name files."""
+NAME = re.compile(r"""[A-Za-z0-9_-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*'""")
 
-PERHAPS_FILES = ("mass", "stiffness", "damping_matrix", "contact", "frequencies", "response")
-"""Entries that name files where their text ends as a file's name does: "plate.mtx", but not "2.5 g"."""
+NAMES = rf"(?:{NAME.pattern})(?:[ \t]*\.[ \t]*(?:{NAME.pattern}))*"
 
-WORD = re.compile(
-    r'"""(?:\\.|[^\\])*?"{3,5}(?!")'
+TOKEN = re.compile(
+    rf"^[ \t]*(?P<open>\[\[?)[ \t]*(?P<section>{NAMES})[ \t]*\]\]?(?=[ \t]*(?:\#|$))"
+    rf"|(?P<key>{NAMES})[ \t]*="
+    r'|"""(?:\\.|[^\\])*?"{3,5}(?!")'
     r"|'''.*?'{3,5}(?!')"
     r'|"(?:\\.|[^"\\])*"'
     r"|'[^']*'"
-    r"|[\[\]{},=.\n]|[^\s\[\]{},=.#\"']+"
-    r"|(?P<none>[^\S\n]+|#[^\n]*)",
-    re.DOTALL,
+    r"|[\[\]{},]"
+    r"|(?P<comment>\#[^\n]*)"
+    r"|[^\s\[\]{},#\"']+",
+    re.DOTALL | re.MULTILINE,
 )
-"""Of TOML: a text, a mark, a line break, or a piece of a key or a value; nothing for blanks and comments."""
+"""Of TOML: the head of a section, a key, a text, a mark, a comment, or a number."""
+
+
+class Fault(ValueError):
+    """A fault at a path of a case."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(path, reason)
+        self.path, self.reason = path, " ".join(reason.split())
+
+    def __str__(self) -> str:
+        return f"{written(self.path)}: {self.reason}" if self.path else self.reason
+
+
+class CaseError(ValueError):
+    """A fault with its place: `case.toml:12: structure.thickness: must be ...`, complete as it stands."""
+
+
+def parsed(text: str) -> Path:
+    """Return the path that a text names; raise a ValueError for a text that is none."""
+    parts = list(PART.finditer(text))
+    if not parts or parts[0][3] or "".join(part[0] for part in parts) != text:
+        raise ValueError(f'"{text}" is no path of an entry; write it as structure.layers[1].material')
+    return tuple(int(part[3]) if part[3] else part[2] if part[1] is None else part[1] for part in parts)
+
+
+def written(path: Sequence[str | int]) -> str:
+    """Return the path as text."""
+    parts = (f"[{part}]" if isinstance(part, int) else f".{_key(part)}" for part in path)
+    return "".join(parts).removeprefix(".")
+
+
+def entry(data: Any, path: Sequence[str | int]) -> Any:
+    """Return the entry at a path; None where there is none."""
+    for part in path:
+        inside = isinstance(data, Mapping) and part in data
+        if not inside and not (isinstance(data, list) and isinstance(part, int) and part < len(data)):
+            return None
+        data = data[part]
+    return data
+
+
+def put(data: dict[str, Any], path: Path, value: Any) -> None:
+    """Set the entry at a path, in tables that are made where they are missing; a ValueError where that is impossible.
+
+    The name of a material becomes a table like it, so that one of its properties can be set.
+    """
+    at: Any = data
+    for i, part in enumerate(path):
+        before, number = written(path[:i]), isinstance(part, int)
+        fits = isinstance(at, list) if number else isinstance(at, dict)
+        if not fits:
+            raise ValueError(f"{before} is no {'list' if number else 'table'}, so it has no entry {written((part,))}")
+        if isinstance(part, int) and part >= len(at):
+            raise ValueError(f"{before} has {count_of(len(at), 'entry')}, counted from 0, so no entry [{part}]")
+        if i + 1 == len(path):
+            at[part] = value
+        elif isinstance(part, int):
+            at = at[part]
+        else:
+            if part == "material" and isinstance(at.get(part), str):
+                at[part] = {"like": at[part]}
+            at = at.setdefault(part, {})
+
+
+def shown(value: Any) -> str:
+    """Return a value as TOML writes it, in short."""
+    if isinstance(value, bool | dict):
+        return "a table" if isinstance(value, dict) else str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"' if len(value) < 60 else f'"{value[:60]}…"'
+    return short(value)
+
+
+def as_toml(data: Mapping[str, Any]) -> str:
+    """Return the text of a case: one section for each table at the top, tables inside them in braces."""
+    tables = {name: table for name, table in data.items() if isinstance(table, Mapping)}
+    lines = _pairs({name: value for name, value in data.items() if name not in tables})
+    for name, table in tables.items():
+        lines += ["", f"[{_key(name)}]", *_pairs(table)]
+    return "\n".join(lines).strip() + "\n"
+
+
+def _pairs(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(name)} = {_value(value)}" for name, value in table.items() if value is not None]
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
+
+
+def _value(value: Any) -> str:
+    """Return a value as text. Numbers keep all their digits."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_pairs(value))} }}" if value else "{}"
+    if isinstance(value, list | tuple):
+        items = [_value(item) for item in value if item is not None]
+        text = f"[{', '.join(items)}]"
+        return text if len(text) <= WIDTH else "[\n    " + ",\n    ".join(items) + ",\n]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    # TOML has the escapes of JSON; DEL is the one letter that JSON leaves as it is and TOML refuses.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 @dataclass
@@ -65,27 +165,88 @@ class Source:
         place = self.places.get(at, self.name)
         return CaseError(f"{place}{' ' if place == CHANGE else ': '}{fault}")
 
+    def forget(self, path: Path) -> None:
+        """Remove the places of an entry and of all inside it."""
+        for at in [at for at in self.places if at[: len(path)] == path]:
+            del self.places[at]
+
+    def without(self, name: Any) -> bool:
+        """Remove an entry of a table, and return whether there was one."""
+        try:
+            path = parsed(name)
+            del entry(self.data, path[:-1])[str(path[-1])]
+        except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
+            return False
+        self.forget(path)
+        return True
+
+    def merge(self, above: Mapping[str, Any], path: Path = ()) -> None:
+        """Put the data of a file that extends this one over its own: tables entry by entry, all else as a whole."""
+        table = entry(self.data, path)
+        for name, value in above.items():
+            old = table.get(name)
+            # A table of another kind replaces the whole table.
+            same = isinstance(old, dict) and isinstance(value, dict)
+            if same and all(value.get(tag, old.get(tag)) == old.get(tag) for tag in ("kind", "shape")):
+                self.merge(value, (*path, name))
+            else:
+                table[name] = deepcopy(value)
+                self.forget((*path, name))
+
+    def change(self, change: str) -> None:
+        """Apply path=value, as given to --set."""
+        name, equals, text = change.partition("=")
+        place = f"{CHANGE} {change}"
+        if not equals:
+            raise CaseError(f'{place}: has no "="; write --set structure.thickness="1 mm"')
+        try:
+            value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
+        except (KeyError, ValueError):
+            value = text.strip()  # as a shell leaves it of "1 mm"
+        except RecursionError:
+            raise CaseError(f"{CHANGE} {name}: is nested too deeply") from None
+        try:
+            path = parsed(name.strip())
+            if path == ("extends",):
+                raise ValueError("a change cannot extend another case")
+            put(self.data, path, _with_whole_paths(value, File.cwd()) if path[1:] else value)
+        except ValueError as error:
+            raise error if isinstance(error, CaseError) else CaseError(f"{place}: {error}") from None
+        self.forget(path)
+        self.places[path] = CHANGE
+
 
 def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
     """Read a case file with what it extends, and apply changes of the form path=value; a CaseError for faults."""
     source = _read(str(path), File(path), ())
     for change in changes:
-        _apply(source, change)
+        source.change(change)
     return source
 
 
 def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
-    text, folder = _text(name, path), path.resolve().parent
     try:
-        data = _with_whole_paths(tomllib.loads(text), folder, "")
+        with path.open("rb") as opened:
+            content = opened.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
+        text = content.decode("utf-8-sig")
+    except FileNotFoundError:
+        raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
+    except OSError as error:
+        raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
+    if len(content) > LARGEST:
+        raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
+    folder = path.resolve().parent
+    try:
+        data = tomllib.loads(text)
+        # A title, or the file that is extended, stays as it is.
+        inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
+        data |= _with_whole_paths(inside, folder)
     except RecursionError:
         raise CaseError(f"{name}: is nested too deeply") from None
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(_syntax(name, str(error), text)) from None
-    except CaseError:
-        raise
-    except ValueError as error:  # of a number with thousands of digits
-        raise CaseError(f"{name}: {error}; is no TOML") from None
+    except ValueError as error:  # also of a number with thousands of digits
+        raise error if isinstance(error, CaseError) else CaseError(_syntax(name, str(error), text)) from None
     source = Source(data, name, folder, {at: f"{name}:{line}" for at, line in lines_of(text).items()})
     if "extends" not in data:
         return source
@@ -100,66 +261,26 @@ def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
         raise source.error(Fault(("extends",), f'there is no file "{base}" in {path.parent}'))
     below = _read(str(File(name).parent / base), file, (*above, path.resolve()))
     for i, left_out in enumerate(without if isinstance(without, list) else [without]):
-        if not isinstance(left_out, str) or not _removed(below, left_out):
+        if not below.without(left_out):
             raise source.error(Fault(("without", i), f'{short(left_out)} is no entry of "{base}", such as "sweep"'))
-    places = below.places.copy()
-    merged = _merged(below.data, data, places, ())
-    return Source(merged, name, below.folder, places | source.places)
+    below.merge(data)
+    return Source(below.data, name, below.folder, below.places | source.places)
 
 
-def _removed(source: Source, name: str) -> bool:
-    """Remove an entry of a table, and return whether there was one."""
-    try:
-        path = parsed(name)
-        del entry(source.data, path[:-1])[str(path[-1])]
-    except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
-        return False
-    _forget(source.places, path)
-    return True
-
-
-def _forget(places: dict[Path, str], path: Path) -> None:
-    """Remove the places of an entry and of all inside it."""
-    for at in [at for at in places if at[: len(path)] == path]:
-        del places[at]
-
-
-def _text(name: str, path: File) -> str:
-    try:
-        if path.is_dir():
-            raise CaseError(f"{name}: is a folder; give a case file")
-        with path.open("rb") as file:
-            data = file.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
-        if len(data) > LARGEST:
-            raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
-        return data.decode("utf-8-sig")
-    except FileNotFoundError:
-        raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
-    except OSError as error:
-        raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
-
-
-def names_file(name: str, value: Any) -> bool:
-    """Return whether the text of an entry names a file, relative to the file in which it stands."""
-    looks_so = isinstance(value, str) and re.search(r"\.[A-Za-z]\w*$", value)
-    return isinstance(value, str) and (name in FILES or (name in PERHAPS_FILES and bool(looks_so)))
-
-
-def _with_whole_paths(value: Any, folder: File, name: str) -> Any:
+def _with_whole_paths(value: Any, folder: File) -> Any:
     """Return data with the full paths of files: a case that extends this one, or a result, may lie in another folder.
 
-    A file that is not there yet is reported where it is used; one whose name is no UTF-8 cannot stand in results.
+    A text names a file if it ends as one and the file is there: "plate.mtx", but not "2.5 g".
     """
     if isinstance(value, dict):
-        # The entry of a sweep is a path, such as "structure.mesh".
-        return {key: _with_whole_paths(item, folder, key.rpartition(".")[2]) for key, item in value.items()}
+        return {name: _with_whole_paths(item, folder) for name, item in value.items()}
     if isinstance(value, list):
-        return [_with_whole_paths(item, folder, name) for item in value]
-    if not names_file(name, value):
+        return [_with_whole_paths(item, folder) for item in value]
+    if not isinstance(value, str) or not re.search(r"\.[A-Za-z]\w*$", value):
         return value
     path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))
+    if not os.path.isfile(path):
+        return value
     if os.fsencode(path).decode("utf-8", "replace") != path:
         raise CaseError(f"{path}: is no name in UTF-8, so results could not hold it; give the file another name")
     return path
@@ -168,137 +289,71 @@ def _with_whole_paths(value: Any, folder: File, name: str) -> Any:
 def _syntax(name: str, message: str, text: str) -> str:
     """Return what tomllib says, with its line where lines stand, and what to write for a value without quotes."""
     words, _, place = message.partition(" (at line ")
-    line = place.split(",")[0]
-    if not line.isdigit():
+    number = place.split(",")[0]
+    if not number.isdigit():
         return f"{name}: {words}; is no TOML"
+    rows, line = text.splitlines() or [""], int(number)
     # Outside of quotes and comments.
-    typed = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", (text.splitlines() or [""])[int(line) - 1]).partition("#")[0]
-    cure = ""
+    row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
+    reason = f"{words}; is no TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare")):
-        return f"{name}:{line}: this entry or section is given twice; keep one of them"
-    number = r"[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-    if comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", typed):
-        cure = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
-    elif word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", typed):
+        same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
+        first = f", first in line {same[-1]}" if same else ""
+        reason = f"this entry or section is given twice{first}; keep one of them"
+    elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):
+        reason = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
+    elif word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
         right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
-        cure = f"{word[1]} is no value of TOML; write {right}"
+        reason = f"{word[1]} is no value of TOML; write {right}"
     else:
-        for match in re.finditer(rf"(?<![\w.]){number} ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*", typed):
-            if not isnan(in_si(match[0])):
-                cure = f'{match[0]} is no value of TOML; write "{match[0]}" in quotes'
-                break
-    return f"{name}:{line}: {cure or f'{words}; is no TOML'}"
-
-
-def _merged(base: dict[str, Any], above: Mapping[str, Any], places: dict[Path, str], at: Path) -> dict[str, Any]:
-    """Return the data of a file with those that extend it; places of what is replaced are forgotten."""
-    merged = deepcopy(base)
-    for name, value in above.items():
-        old = merged.get(name)
-        alike = isinstance(old, dict) and isinstance(value, dict)
-        if alike and all(value.get(kind, merged[name].get(kind)) == merged[name].get(kind) for kind in KINDS):
-            merged[name] = _merged(merged[name], value, places, (*at, name))
-        else:
-            merged[name] = deepcopy(value)
-            _forget(places, (*at, name))
-    return merged
-
-
-def _apply(source: Source, change: str) -> None:
-    """Apply path=value, as given to --set."""
-    name, equals, text = change.partition("=")
-    place = f"{CHANGE} {change}"
-    if not equals:
-        raise CaseError(f'{place}: has no "="; write --set structure.thickness="1 mm"')
-    try:
-        value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
-    except (KeyError, ValueError):
-        value = text.strip()  # as a shell leaves it of "1 mm"
-    except RecursionError:
-        raise CaseError(f"{CHANGE} {name}: is nested too deeply") from None
-    try:
-        path = parsed(name.strip())
-        if path == ("extends",):
-            raise CaseError(f"{place}: a change cannot extend another case")
-        put(source.data, path, _with_whole_paths({str(path[-1]): value}, File.cwd(), "")[str(path[-1])])
-    except CaseError:
-        raise
-    except ValueError as error:
-        raise CaseError(f"{place}: {error}") from None
-    _forget(source.places, path)
-    source.places[path] = CHANGE
+        quantities = re.findall(r"(?<![\w.])[-+]?[\d_.]+(?:[eE][-+]?\d+)? ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*", row)
+        typed = next((one for one in quantities if not math.isnan(in_si(one))), None)
+        if typed is not None:
+            reason = f'{typed} is no value of TOML; write "{typed}" in quotes'
+    return f"{name}:{line}: {reason}"
 
 
 def lines_of(text: str) -> dict[Path, int]:
     """Return the line, counted from 1, on which each entry of valid TOML stands, by its path: tomllib gives none."""
     lines: dict[Path, int] = {}
-    words: list[tuple[str, int]] = []
-    line = 1
-    for match in WORD.finditer(text):
-        if not match["none"]:
-            words.append((match[0], line))
-        line += match[0].count("\n")
-    words.reverse()
+    counts: dict[Path, int] = {}  # of sections in double brackets
+    section: Path = ()
+    value: Path = ()  # the entry whose value stands at a token
+    around: list[tuple[Path, list[int]]] = []  # the lists and tables in braces around it; the place in a list
+    line, at = 1, 0
 
-    def begins() -> bool:
-        """Pass line breaks; whether anything follows."""
-        while words and words[-1][0] == "\n":
-            words.pop()
-        return bool(words)
-
-    def note(path: Path, line: int) -> None:
+    def note(path: Path) -> None:
         for end in range(1, len(path) + 1):
             lines.setdefault(path[:end], line)
 
-    def names_until(end: str) -> list[str]:
-        """Return the names up to a mark, without quotes and what stands between them, and pass it."""
-        names = []
-        while words and (word := words.pop()[0]) != end:
-            if word not in (".", "[", "]"):
-                names.append(word[1:-1] if word[0] in "\"'" else word)
-        return names
-
-    def pair(table: Path) -> None:
-        line = words[-1][1]
-        path = (*table, *names_until("="))
-        note(path, line)
-        value(path)
-
-    def value(path: Path) -> None:
-        """Pass a value, and note what stands in it."""
-        word = words.pop()[0]
-        if word not in "[{":
-            while words and words[-1][0] not in (",", "]", "}", "\n"):
-                words.pop()
-            return
-        number = count()
-        while begins() and words[-1][0] not in "]}":
-            if words[-1][0] == ",":
-                words.pop()
-            elif word == "{":
-                pair(path)
-            else:
-                item = (*path, next(number))
-                note(item, words[-1][1])
-                value(item)
-        words.pop()
-
-    counts: dict[Path, int] = {}
-    table: Path = ()
-    while begins():
-        if words[-1][0] != "[":
-            pair(table)
+    for match in TOKEN.finditer(text):
+        line += text.count("\n", at, match.start())
+        at, token = match.start(), match[0]
+        names = [name.strip("\"'") for name in NAME.findall(match["section"] or match["key"] or "")]
+        path, place = around[-1] if around else (section, [])
+        if match["comment"]:
             continue
-        line = words.pop()[1]
-        several = words[-1][0] == "["
-        table = ()
-        for name in names_until("\n"):
-            # Of an array of tables the last one is meant.
-            table = (*table, counts[table] - 1, name) if table in counts else (*table, name)
-        note(table, line)
-        if several:
-            counts[table] = counts.get(table, 0) + 1
-        if table in counts:
-            table = (*table, counts[table] - 1)
-            note(table, line)
+        if match["section"] and not around:
+            section = ()
+            for name in names:  # of sections in double brackets the last one is meant
+                section = (*section, counts[section] - 1, name) if section in counts else (*section, name)
+            note(section)
+            if match["open"] == "[[":
+                counts[section] = counts.get(section, 0) + 1
+            if section in counts:
+                section = (*section, counts[section] - 1)
+                note(section)
+        elif match["key"]:
+            value = (*path, *names)
+            note(value)
+        elif token in ("]", "}"):
+            around.pop()
+        elif token == ",":
+            place[:] = [number + 1 for number in place]
+        else:
+            if place:
+                value = (*path, *place)
+                note(value)
+            if token in ("[", "{"):
+                around.append((value, [0] if token == "[" else []))
     return lines

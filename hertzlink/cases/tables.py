@@ -3,34 +3,30 @@
 import csv
 import io
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from textwrap import fill, wrap
+from math import isnan
+from textwrap import fill
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
+from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
+from coupling.results.findings import findings_of, with_warnings
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
-from hertzlink.cases.axes import Axis
-from hertzlink.cases.paths import YIELDING
-from hertzlink.cases.tasks import Task, count_of_beads, of_chain
-from structures.caution import collected
+from coupling.yield_check import is_of_yield
+from hertzlink.cases.case import YIELDING
+from hertzlink.cases.tasks import SENSITIVITIES, Axis, Task, count_of_beads, of_chain, run_task, task_of
+from structures.caution import caution, collected
 from structures.checks import count_of
 
 WIDTH = 80
 
 MOST_ROWS = 40
 """Rows of a table on the terminal; the file has all."""
-
-ON_A_FRESH_SPOT = f"fresh spot: there the metal yields; computed with {YIELDING}"
-"""Below a table of both contact laws."""
-
-Row = Sequence[Any]
 
 
 @dataclass(frozen=True)
@@ -49,54 +45,47 @@ class Table:
 
     def csv(self) -> str:
         """Return a CSV file; numbers have all their digits, and what is unknown is empty."""
+
+        def cell(value: Any) -> Any:
+            # An apostrophe keeps spreadsheets from taking the text of a user for a formula.
+            if isinstance(value, str):
+                return f"'{value}" if value.startswith(("=", "+", "-", "@", "\t")) else value
+            return "" if isinstance(value, float) and np.isnan(value) else value
+
         text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        for row in self.rows:
-            writer.writerow(["" if isinstance(cell, float) and np.isnan(cell) else cell for cell in row])
+        csv.writer(text, lineterminator="\n").writerows([map(cell, row) for row in (self.columns, *self.rows)])
         return text.getvalue()
 
     def lines(self) -> list[str]:
         """Return the lines of the table, numbers to the right; what is left out is said to be in the file.
 
-        Of a table that is too wide the heads have two lines; if that does not help, the widest column stands on a line
-        above each row, or each row is a sentence.
+        Of a table that is too wide the heads have two lines, or else each row is a sentence.
         """
         head, rows = self.head, self.cells[:MOST_ROWS]
         left_out = len(self.cells) - MOST_ROWS
         more = [f"... and {left_out} more in {self.file}"] if left_out > 0 else []
-        first, *lines = _aligned(head, *rows)
-        if len(first) <= WIDTH:
-            return [first, "-" * len(first), *lines, *more]
         halves = [(words.rpartition(" ")[::2] if " " in words else ("", words)) for words in head]
-        top, first, *lines = _aligned(*zip(*halves, strict=True), *rows)
-        if len(first) <= WIDTH:
-            return [top, first, "-" * len(first), *lines, *more]
-        sizes = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-        widest = sizes.index(max(sizes))
-        first, *lines = _aligned(*([*row[:widest], *row[widest + 1 :]] for row in (head, *rows)))
-        if len(first) + 2 <= WIDTH:
-            pairs = zip(rows, lines, strict=True)
-            shown = [line for row, rest in pairs for line in (*wrap(row[widest], WIDTH), f"  {rest}")]
-            return [head[widest], f"  {first}", "-" * (len(first) + 2), *shown, *more]
+        for heads in ([head], list(zip(*halves, strict=True))):
+            widths = [max(map(len, column)) for column in zip(*heads, *rows, strict=True)]
+            lines = [
+                "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (*heads, *rows)
+            ]
+            if len(lines[0]) <= WIDTH:
+                return [*lines[: len(heads)], "-" * len(lines[0]), *lines[len(heads) :], *more]
         texts = ["; ".join(f"{name}: {cell}" for name, cell in zip(head, row, strict=True)) for row in rows]
         return [*(fill(text, WIDTH, subsequent_indent="  ") for text in texts), *more]
 
-    def with_yielding(self, yielded: "Table") -> "Table":
-        """Return the table of both contact laws: a last column says which one a row is of."""
-        laws = ("elastic", "Jackson-Green"), (self.rows, yielded.rows)
-        rows = [[*row, law] for law, some in zip(*laws, strict=True) for row in some]
+    def with_yielding(self, yielded: "Table") -> list["Table"]:
+        """Return the table of both contact laws: a last column says which one a row is of. Traces, whose times differ,
+        are two tables."""
+        if self.file == "traces.csv":
+            return [self, Table("traces_yielding.csv", yielded.columns, yielded.rows)]
+        rows = [[*row, "elastic"] for row in self.rows] + [[*row, "Jackson-Green"] for row in yielded.rows]
         cells = []
         for elastic, fresh in zip(self.cells, yielded.cells, strict=True):
             cells += [[*elastic, "elastic"], *([[*fresh, "fresh spot"]] if fresh != elastic else [])]
         head = [*self.head, "contacts"] if self.head else []
-        return Table(self.file, [*self.columns, "contact law"], rows, head, cells)
-
-
-def _aligned(*rows: Sequence[str]) -> list[str]:
-    """Return the rows of cells as lines of the same length."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+        return [Table(self.file, [*self.columns, "contact law"], rows, head, cells)]
 
 
 @dataclass(frozen=True)
@@ -128,6 +117,62 @@ class Answer:
         return {table.file: table.csv() for table in self.tables} | self.others
 
 
+def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
+    """Run a task; where contacts are beyond yield, once more with Jackson and Green's law, and the findings say what
+    changes.
+
+    The second result is that with the law, where there is one. A sweep is not repeated.
+    """
+    yielded = None
+    with collected() as said:
+        data = run_task(task, jobs)
+    if task.kind != "sweep" and any(map(is_of_yield, (*findings_of(data), *said))):
+        single = not isinstance(task.case.data["chain"], list)
+        laws = ["chain.law"] if single else [f"chain[{i}].law" for i in range(len(task.case.data["chain"]))]
+        others = {"measure.numerical_error": False, SENSITIVITIES: None}
+        changed = task.case.changed({path: {"kind": "jackson_green"} for path in laws} | others)
+        try:
+            with collected():  # the user was warned of the same in the first run
+                yielded = run_task(task_of(changed), jobs)
+        except ValueError:
+            pass  # A case that cannot run with the law keeps its findings.
+        else:
+            words = f"with {YIELDING}, {'; '.join(_changes(task, data, yielded))}"
+
+            def computed(finding: str) -> str:
+                return f"{finding.split('; ')[0]}; {words}" if is_of_yield(finding) else finding
+
+            said = list(map(computed, said))
+            data = with_warnings(data, list(map(computed, findings_of(data))))
+    for message in dict.fromkeys(said):
+        caution(message)
+    return data, yielded
+
+
+def _changes(task: Task, data: xr.Dataset, yielded: xr.Dataset) -> list[str]:
+    """Return what the law changes, in words: AR and TOF of a run, or the first critical distances."""
+
+    def instead(values: Sequence[float], digits: str) -> str:
+        new, old = ("none" if isnan(value) else f"{value:{digits}}" for value in values)
+        return f"{new} instead of {old}"
+
+    words = []
+    if task.along is None:
+        for sensor in task.sensors:
+            runs = [of_chain(result, task.case.measure.chain) for result in (yielded, data)]
+            ratios, flights = ([float(read(run, sensor)) for run in runs] for read in (amplitude_ratio, time_of_flight))
+            tof = instead([1e6 * flight for flight in flights], ".1f")
+            words.append(f"AR at bead {sensor} is {instead(ratios, '.3f')}, TOF {tof} µs")
+        return words
+    both = list(zip(task.points(task.others, yielded), task.points(task.others, data), strict=True))
+    for (new, _, texts), (old, *_) in both[:4]:
+        where = [f"{axis.head} {text}" for axis, text in zip(task.others, texts, strict=True)]
+        distances = [float(result.critical_distance) / task.along.size for result in (new, old)]
+        distance = f"the critical distance is {instead(distances, '.4g')} {task.along.unit}".strip()
+        words.append(f"{distance} ({', '.join(where)})" if where else distance)
+    return [*words, "and so on"] if len(both) > len(words) else words
+
+
 def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> Answer:
     """Return the tables of a task's result. yielded: the result with a law of yielding."""
     tables_of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
@@ -135,20 +180,17 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
     if yielded is not None:
         with collected():  # The warnings of a run are those of its elastic contacts.
             others, _ = tables_of(task, yielded)
-        both = []
-        for elastic, fresh in zip(tables, others, strict=True):
-            if elastic.file == "traces.csv":  # The times differ.
-                both += [elastic, Table("traces_yielding.csv", fresh.columns, fresh.rows)]
-            else:
-                both.append(elastic.with_yielding(fresh))
-        tables, below = both, [fill(ON_A_FRESH_SPOT, WIDTH), *below]
+        both = [elastic.with_yielding(fresh) for elastic, fresh in zip(tables, others, strict=True)]
+        tables = [table for pair in both for table in pair]
+        below.insert(0, fill(f"fresh spot: there the metal yields; computed with {YIELDING}", WIDTH))
     return Answer(data, tables, below, task.case.title, yielded)
 
 
 def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    """Return the waves and the traces of a run."""
+    chains = range(len(task.case.all("chain")))
+    read = [(chain, bead) for chain in chains for bead in task.sensors if bead <= count_of_beads(task.case, chain)]
     rows: list[list[Any]] = []
-    chains = range(len(task.case.chains))
-    read = [(c, sensor) for c in chains for sensor in task.sensors if sensor <= count_of_beads(task.case, c)]
     for chain, sensor in read:
         try:
             waves: Any = reflections(of_chain(data, chain), sensor)
@@ -164,18 +206,16 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
             rows.append([chain, sensor, name, *measures])
     columns = ["chain", "sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
     head = ["chain", "bead", "wave", "peak, N", "arrival, µs", "AR", "TOF, µs"]
-    cells = [[str(row[0]), str(row[1]), row[2], *map(_cell, row[3:], ("", "µs", "", "µs"))] for row in rows]
+    cells = [[*map(str, row[:3]), *_cells(row[3:], ("", "µs", "", "µs"))] for row in rows]
     first = int(len(chains) == 1)
-    waves_table = Table(
-        "waves.csv", columns[first:], [row[first:] for row in rows], head[first:], [c[first:] for c in cells]
-    )
+    shown = [[row[first:] for row in part] for part in ([columns], rows, [head], cells)]
+    waves_table = Table("waves.csv", shown[0][0], shown[1], shown[2][0], shown[3])
 
-    names = [f"force at bead {sensor}{f' of chain {c}' * (len(chains) > 1)} (N)" for c, sensor in read]
-    forces = [sensor_force(of_chain(data, c), sensor).values for c, sensor in read]
+    names = [f"force at bead {bead}{f' of chain {chain}' * (len(chains) > 1)} (N)" for chain, bead in read]
+    forces = [sensor_force(of_chain(data, chain), bead).values for chain, bead in read]
     traces = Table("traces.csv", ["time (s)", *names], np.column_stack([data.time.values, *forces]).tolist())
-
     below = [
-        *_above_one(row[-2] for row in rows),
+        *_above_one([row[-2] for row in rows]),
         f"energy created or lost: {float(energy_error(data)):.1e} of the impact's",
     ]
     below += ["\n" + error["text"] for error in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
@@ -184,56 +224,36 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     return [waves_table, traces], below
 
 
-def _above_one(ratios: Iterable[float]) -> list[str]:
-    """Return a remark where an AR exceeds 1."""
-    return [fill(f"AR {ABOVE_ONE}", WIDTH)] if any(ratio > 1.0 for ratio in ratios) else []
-
-
-def _cell(value: float, unit: str) -> str:
-    if np.isnan(value):
-        return "-"
-    return f"{1e6 * value:.2f}" if unit == "µs" else f"{value:.4g}"
-
-
-def _columns(axes: Iterable[Axis]) -> list[str]:
-    return [f"{axis.name} ({axis.si})" if axis.si else axis.name for axis in axes]
-
-
 def _sweep(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    """Return the points of a sweep, and its traces: a column for each run and sensor."""
     names = "amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight"
-    rows, cells = [], []
+    rows, cells, heads, traces = [], [], list[str](), list[Any]()
     for at, values, texts in task.points(task.axes, data):
+        where = "".join(f", {axis.head} {text}" for axis, text in zip(task.axes, texts, strict=True))
         for sensor in task.sensors:
-            measures = [float(at[name].sel(sensor=sensor)) for name in names]
+            of_sensor = at.sel(sensor=sensor)
+            measures = [float(of_sensor[name]) for name in names]
             rows.append([*values, sensor, *measures])
-            cells.append([*texts, str(sensor), *map(_cell, measures, ("", "µs", "", "µs"))])
+            cells.append([*texts, str(sensor), *_cells(measures, ("", "µs", "", "µs"))])
+            if "sensor_force" in data:
+                heads.append(f"force at bead {sensor}{where} (N)")
+                traces.append(of_sensor.sensor_force.values)
     wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
     head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
     if all(row[-2] == "-" for row in cells):  # no second wave
         head, cells = head[:-2], [row[:-2] for row in cells]
-    points = Table("points.csv", [*_columns(task.axes), "bead", *wide], rows, head, cells)
-    tables = [points]
-    if "sensor_force" in data:
-        tables.append(_swept_traces(task, data))
-    return tables, _above_one(ratio for row in rows for ratio in (row[-4], row[-2]))
-
-
-def _swept_traces(task: Task, data: xr.Dataset) -> Table:
-    """Return the forces of a sweep over time: a column for each run and sensor."""
-    columns, traces = ["time (s)"], [data.time.values]
-    for at, _, texts in task.points(task.axes, data):
-        where = [f"{axis.head} {text}" for axis, text in zip(task.axes, texts, strict=True)]
-        for sensor in task.sensors:
-            columns.append(f"force at bead {sensor}, {', '.join(where)} (N)")
-            traces.append(at.sensor_force.sel(sensor=sensor).values)
-    return Table("traces.csv", columns, np.column_stack(traces).tolist())
+    tables = [Table("points.csv", [*_columns(task.axes), "bead", *wide], rows, head, cells)]
+    if traces:
+        columns = np.column_stack([data.time.values, *traces])
+        tables.append(Table("traces.csv", ["time (s)", *heads], columns.tolist()))
+    return tables, _above_one([ratio for row in rows for ratio in (row[-4], row[-2])])
 
 
 def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    """Return the critical distances, and AR at all distances that were run."""
     along, wanted = task.along, task.case.measure.critical_distance
     assert along is not None
     assert wanted is not None
-    shown = partial(along.shown, digits=4)
     rows, cells, samples, remarks = [], [], [], set()
     for at, values, texts in task.points(task.others, data):
         low, high = (float(end) for end in at.bracket)
@@ -243,9 +263,9 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
             remarks.add("> : AR does not settle within the distances or the record; the true one is larger")
         if low == 0.0:
             remarks.add("< : AR is within the tolerance at all distances; give smaller ones")
-        best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{shown(critical)}"
-        between = f"{shown(low)} to {shown(high)}" if np.isfinite(high) else "-"
-        cells.append([*texts, best, between, f"{far:.4f}"])
+        best, *ends = (along.shown(number, 4) for number in (critical, low, high))
+        best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
+        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", f"{far:.4f}"])
         for i in np.flatnonzero(at.sampled.values.astype(bool)):
             sample = at.isel(distance=int(i))
             measured = (sample.distance, sample.amplitude_ratio, sample.time_of_flight)
@@ -262,3 +282,18 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     below.append(f"beyond the critical distance AR stays within {share} of AR far away")
     below.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
     return tables, below
+
+
+def _above_one(ratios: Sequence[float]) -> list[str]:
+    """Return a remark where an AR exceeds 1."""
+    return [fill(f"AR {ABOVE_ONE}", WIDTH)] if max(ratios, default=0.0) > 1.0 else []
+
+
+def _cells(values: Sequence[float], units: Sequence[str]) -> list[str]:
+    """Return numbers as texts, those with the unit µs in it."""
+    texts = [f"{1e6 * value:.2f}" if unit else f"{value:.4g}" for value, unit in zip(values, units, strict=True)]
+    return ["-" if np.isnan(value) else text for value, text in zip(values, texts, strict=True)]
+
+
+def _columns(axes: Sequence[Axis]) -> list[str]:
+    return [f"{axis.label} ({axis.si})" if axis.si else axis.label for axis in axes]

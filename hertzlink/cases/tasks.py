@@ -1,37 +1,81 @@
-"""The task of a case: one run, a sweep, or a search for the critical distance; with a law of yielding where it is
-needed, and with the uncertainties of the section [sensitivities]."""
+"""The task of a case: one run, a sweep over axes, or a search for the critical distance; and uncertainties."""
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from functools import partial
-from itertools import islice, product
-from math import isnan
+from itertools import pairwise, product
+from math import floor, isnan, prod
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
 from coupling.inference.numerical_error import numerical_error
 from coupling.inference.uncertainty import Uncertainty, propagated
+from coupling.plots.canvas import in_words
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
-from coupling.results.findings import findings_of, with_warnings
+from coupling.results.findings import findings_of
 from coupling.results.measures import sensor_force
+from coupling.results.schema import OF_RUNS
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
-from coupling.yield_check import is_of_yield
-from hertzlink.cases.axes import Axis, axes_of, path_of, si_value, unit_at
-from hertzlink.cases.case import Case, of_run, run_once
-from hertzlink.cases.paths import YIELDING, Fault, Path, entry, shown, written
+from hertzlink.cases.case import Build, Case
+from hertzlink.cases.forms import alternatives, is_list, items_of
+from hertzlink.cases.reader import Call, number
+from hertzlink.cases.source import Fault, Path, entry, parsed, shown, written
 from structures.caution import caution, collected
+from structures.described import Parameter
+from structures.quantities import Quantity
 from structures.units import NUMBER, PARTS, factor, spread_of
+
+MOST_POINTS = 100_000
+"""Points of a sweep; a case of more is a mistake."""
+
+VARIED = ("chain", "structure", "materials")
+"""Sections whose entries can vary. The section [run] holds for all runs."""
+
+OWN_NAMES = OF_RUNS | {"sensor", "distance", "within", "end", "error"}
+"""Names that results use themselves."""
+
+PLACES = ("distance from the left edge", "distance from the bottom edge")
+"""The two numbers of the place `at` of a contact on a rectangular plate."""
 
 FEWEST_DISTANCES = 3
 
-WITH_YIELDING = "with_yielding"
-"""The attribute of a result that says what yielding changes, for its table and its report."""
-
 SENSITIVITIES = "sensitivities"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An entry that varies: its path, its name in results, its values (SI), the unit of tables and its size in SI.
+
+    label: its name in tables. words: what it is, for figures.
+    """
+
+    path: Path
+    label: str
+    name: str
+    values: list[Any]
+    unit: str = ""
+    size: float = 1.0
+    si: str = ""
+    words: str = ""
+
+    @property
+    def is_number(self) -> bool:
+        """True if the values are numbers."""
+        return all(isinstance(value, int | float) for value in self.values)
+
+    def shown(self, value: Any, digits: int = 6) -> str:
+        """Return a value in the unit of tables."""
+        return f"{value / self.size:.{digits}g}" if isinstance(value, int | float) else str(value)
+
+    @property
+    def head(self) -> str:
+        """Name and unit, for the head of a table."""
+        return f"{self.label}, {self.unit}" if self.unit else self.label
 
 
 @dataclass(frozen=True)
@@ -58,10 +102,11 @@ class Task:
         """One run, a sweep, or a critical distance."""
         return "critical distance" if self.along is not None else "sweep" if self.axes else "run"
 
-    def build(self, **values: Any) -> CoSimulation:
-        """Return the case at values of the axes, by their names; `distance` is that of the critical distance."""
-        names = {"distance" if axis is self.along else axis.name: axis.path for axis in self.axes}
-        return self.case.changed({names[name]: value for name, value in values.items()}).simulation()
+    @property
+    def build(self) -> Build:
+        """What builds the case at values of the axes; `distance` is that of the critical distance."""
+        paths = {"distance" if axis is self.along else axis.name: axis.path for axis in self.axes}
+        return Build(self.case, paths)
 
     def points(self, axes: Sequence[Axis], data: xr.Dataset) -> Iterator[tuple[xr.Dataset, list[Any], list[str]]]:
         """Yield the results at each combination of the values of some axes, with these, in SI and as texts."""
@@ -75,21 +120,34 @@ class Task:
 def task_of(case: Case) -> Task:
     """Return the task of a case; a Fault for what does not fit together."""
     axes, measure = tuple(axes_of(case)), case.measure
-    if measure.chain >= len(case.chains):
-        reason = f"{measure.chain} is no chain of {len(case.chains)}, counted from 0"
-        raise Fault(("measure", "chain"), reason)
-    if measure.critical_distance is not None:
-        case.only_chain("a critical distance")
+    if measure.chain >= (count := len(case.all("chain"))):
+        raise Fault(("measure", "chain"), f"{measure.chain} is no chain of {count}, counted from 0")
     if measure.numerical_error:
         case.only_chain("a numerical error")
         if axes:
             raise Fault(("measure", "numerical_error"), "is that of one run; leave out [sweep], or this entry")
     budget_of(case)
-    save_every = case.tree.entries["run"].entries.get("save_every")
-    if axes and save_every is not None:
+    if axes and "save_every" in case.tree.entries["run"].entries:
         raise Fault(("run", "save_every"), "is chosen by a sweep; leave it out")
-    task = Task(case, axes, along=_along(case, axes))
-    return replace(task, sensors=sensors_of(case, task.first))
+    task = Task(case, axes)
+    task = replace(task, sensors=sensors_of(case, task.first))
+    critical = measure.critical_distance
+    if critical is None:
+        return task
+
+    case.only_chain("a critical distance")
+    place: Path = ("measure", "critical_distance", "along")
+    path = path_of(critical.along, place)
+    along = next((axis for axis in axes if axis.path == path), None)
+    if along is None:
+        names = ", ".join(written(axis.path) for axis in axes)
+        cure = f"take one of them: {names}" if axes else f'give [sweep] "{critical.along}" = {{ from =, to =, step = }}'
+        raise Fault(place, f'"{critical.along}" is no axis of [sweep]; {cure}')
+    if not along.is_number or len(along.values) < FEWEST_DISTANCES:
+        raise Fault(place, f'"{critical.along}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
+    if len(task.sensors) != 1:
+        raise Fault(("measure", "sensors"), "must be one for a critical distance; give sensor")
+    return replace(task, along=along)
 
 
 def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
@@ -98,13 +156,10 @@ def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
     count = count_of_beads(first, measure.chain)
     if measure.sensor is not None and measure.sensors is not None:
         raise Fault(("measure", "sensors"), "give sensor or sensors alone")
-    places: list[Path] = [("measure", "sensor")]
-    sensors = [measure.sensor or (count + 1) // 2]
-    if measure.sensors is not None:
-        sensors = [*measure.sensors]
-        places = [("measure", "sensors", i) for i in range(len(sensors))]
-    for place, sensor in zip(places, sensors, strict=True):
+    sensors = measure.sensors or [measure.sensor or (count + 1) // 2]
+    for i, sensor in enumerate(sensors):
         if sensor > count:
+            place: Path = ("measure", "sensors", i) if measure.sensors else ("measure", "sensor")
             raise Fault(place, f"{sensor} is no bead of a chain of {count}; beads are counted from the struck end")
     if len(set(sensors)) < len(sensors):
         raise Fault(("measure", "sensors"), "names a bead twice")
@@ -113,29 +168,10 @@ def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
 
 def count_of_beads(case: Case, chain: int) -> int:
     """Return the number of beads of a chain."""
-    entries = case.chains[chain].entries
+    entries = case.all("chain")[chain].entries
     beads = entries["beads"]
     count: int = beads if isinstance(beads, int) else sum(bead.entries.get("count", 1) for bead in beads)
     return count * int(entries.get("repeat", 1))
-
-
-def _along(case: Case, axes: tuple[Axis, ...]) -> Axis | None:
-    """Return the axis of the critical distance."""
-    critical = case.measure.critical_distance
-    if critical is None:
-        return None
-    place = ("measure", "critical_distance", "along")
-    path = path_of(critical.along, place)
-    matching = [axis for axis in axes if axis.path == path]
-    if not matching:
-        names = ", ".join(written(axis.path) for axis in axes)
-        cure = f"take one of them: {names}" if axes else f'give [sweep] "{critical.along}" = {{ from =, to =, step = }}'
-        raise Fault(place, f'"{critical.along}" is no axis of [sweep]; {cure}')
-    if not matching[0].is_number or len(matching[0].values) < FEWEST_DISTANCES:
-        raise Fault(place, f'"{critical.along}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
-    if case.measure.sensors is not None and len(case.measure.sensors) != 1:
-        raise Fault(("measure", "sensors"), "must be one for a critical distance; give sensor")
-    return matching[0]
 
 
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
@@ -150,8 +186,7 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
     for prefix, wave in (("", "primary"), ("secondary_", "secondary")):
         for read in (amplitude_ratio, time_of_flight):
             each = [read(run, sensor, wave) for sensor in sensors]
-            values, attrs = np.array([float(value) for value in each]), each[0].attrs
-            measures[prefix + read.__name__] = ("sensor", values, attrs)
+            measures[prefix + read.__name__] = "sensor", np.array([float(value) for value in each]), each[0].attrs
     data = xr.Dataset(measures, {"sensor": list(sensors)}, run.attrs)
     if traces:
         forces = [sensor_force(run, sensor) for sensor in sensors]
@@ -164,24 +199,24 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     """Run it."""
     case, measure = task.case, task.case.measure
     axes: dict[str, Any] = {axis.name: axis.values for axis in task.others}
-    if task.along is not None:
+    if task.along is not None and measure.critical_distance is not None:
         wanted = measure.critical_distance
-        assert wanted is not None
         data = critical_distance_search(
             task.build, case.until, task.sensors[0], task.along.values, wanted.tolerance, wanted.bracket,
             wanted.relative, jobs=jobs, **axes,
         )  # fmt: skip
     elif task.axes:
         kept = partial(kept_of_run, sensors=task.sensors, traces=measure.traces, chain=measure.chain)
-        with of_run(case):
+        with case.located():
             data = sweep(task.build, case.until, jobs=jobs, measure=kept, **axes)
     else:
-        data = run_once(case, case.simulation())
-        for sensor in task.sensors if measure.numerical_error else ():
-            with of_run(case):
-                data = numerical_error(case.simulation, case.until, sensor).noted_in(data)
-        if budget := budget_of(case):
-            for sensor in task.sensors:
+        data = case.run()
+        budget = budget_of(case)
+        for sensor in task.sensors:
+            if measure.numerical_error:
+                with case.located():
+                    data = numerical_error(case.simulation, case.until, sensor).noted_in(data)
+            if budget is not None:
                 data = budget.of_sensor(sensor, findings_of(data)).noted_in(data, sensor)
     for axis in task.axes:
         words = {"path": written(axis.path), "long_name": axis.words}
@@ -190,88 +225,22 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     return data.assign_attrs(case=case.to_toml())
 
 
-def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
-    """Run a task; where contacts are beyond yield, once more with Jackson and Green's law, and the findings say what
-    changes.
-
-    The second result is that with the law, where there is one. A sweep is not repeated: its findings hold estimates.
-    """
-    yielded, words = None, ""
-    with collected() as said:
-        data = run_task(task, jobs)
-        if task.kind != "sweep" and any(map(is_of_yield, (*findings_of(data), *said))):
-            many = range(len(task.case.chains))
-            single = not isinstance(task.case.data["chain"], list)
-            laws = ["chain.law"] if single else [f"chain[{i}].law" for i in many]
-            changes = {path: {"kind": "jackson_green"} for path in laws}
-            # The user was warned of the same in the first run.
-            with collected():
-                try:
-                    others = {"measure.numerical_error": False, SENSITIVITIES: None}
-                    yielded = run_task(task_of(task.case.changed({**changes, **others})), jobs)
-                    words = f"with {YIELDING}, {', '.join(_changes(task, data, yielded))}"
-                except ValueError:
-                    yielded = None  # A case that cannot run with the law keeps the estimate.
-            said[:] = dict.fromkeys(_computed(said, words))
-            told = words and f"These are of elastic contacts. On a fresh spot the metal yields: {words}."
-            data = with_warnings(data, _computed(findings_of(data), words)).assign_attrs({WITH_YIELDING: told})
-    for message in said:
-        caution(message)
-    return data, yielded
-
-
-def _computed(findings: Iterable[str], words: str) -> list[str]:
-    """Return the findings, with computed changes in the place of estimated ones."""
-    return [f"{finding.split('; ')[0]}; {words}" if words and is_of_yield(finding) else finding for finding in findings]
-
-
-def _changes(task: Task, data: xr.Dataset, yielded: xr.Dataset) -> Iterator[str]:
-    """Yield what the law changes, in words: AR and TOF of a run, or the first critical distances."""
-
-    def instead(values: Sequence[float], digits: str) -> str:
-        new, old = ("none" if isnan(value) else f"{value:{digits}}" for value in values)
-        return f"{new} instead of {old}"
-
-    if task.along is None:
-        for sensor in task.sensors:
-            runs = [of_chain(result, task.case.measure.chain) for result in (yielded, data)]
-            ratios, flights = ([float(read(run, sensor)) for run in runs] for read in (amplitude_ratio, time_of_flight))
-            yield f"AR at bead {sensor} is {instead(ratios, '.3f')}"
-            yield f"TOF {instead([1e6 * flight for flight in flights], '.1f')} µs"
-        return
-    both = zip(task.points(task.others, yielded), task.points(task.others, data), strict=True)
-    most = 4
-    for (new, _, texts), (old, *_) in islice(both, most):
-        where = [f"{axis.head} {text}" for axis, text in zip(task.others, texts, strict=True)]
-        distances = [float(result.critical_distance) / task.along.size for result in (new, old)]
-        words = f"the critical distance is {instead(distances, '.4g')} {task.along.unit}".strip()
-        yield f"{words} ({', '.join(where)})" if where else words
-    if any(True for _ in both):
-        yield "and so on"
-
-
 @dataclass(frozen=True)
 class Budget:
     """Entries of a case, each by its path as the user writes it: values with standard uncertainties."""
 
-    case: Case
-    paths: dict[str, Path]
+    build: Build
     inputs: dict[str, tuple[float, float]]
-    units: dict[str, str]
-
-    def __call__(self, **values: float) -> CoSimulation:
-        """Return the co-simulation with other values."""
-        changed = self.case.changed({self.paths[key]: float(value) for key, value in values.items()})
-        return changed.simulation()
 
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""
-        with of_run(self.case), collected() as said:
+        case = self.build.case
+        with case.located(), collected() as said:
             try:
-                budget = propagated(self, self.case.until, sensor, self.inputs)
+                budget = propagated(self.build, case.until, sensor, self.inputs)
             except ValueError as error:
                 key, _, reason = str(error).partition(": ")
-                raise Fault((SENSITIVITIES, key), reason) if key in self.paths else error from error
+                raise Fault((SENSITIVITIES, key), reason) if key in self.inputs else error from error
         for message in said:
             if message not in findings:
                 caution(message)
@@ -286,20 +255,19 @@ def budget_of(case: Case) -> Budget | None:
     case.only_chain("an uncertainty budget")
     if case.tree.entries.get("sweep"):
         raise Fault((SENSITIVITIES,), "is that of one run; leave out [sweep], or this section")
-    budget = Budget(case, {}, {}, {})
+    paths, units, inputs = dict[str, Path](), dict[str, str](), dict[str, tuple[float, float]]()
     for key, text in entries.items():
         place = (SENSITIVITIES, key)
         path = path_of(key, place)
         stated = entry(case.data, path)
         stated = case.value(path) if stated is None else stated
+        value = si_value(case, path, 1.0 if stated is None else stated, place)
         if stated is None:
-            si_value(case, path, 1.0, place)  # a Fault where it is misspelt
             raise Fault(place, "is not written in the case; give its value there first")
-        value = si_value(case, path, stated, place)
         if not isinstance(value, float) or value == 0.0:
             raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
 
-        unit = unit_at(case, path, value, ())[2]
+        unit = unit_at(case, path, ())[2]
         match = NUMBER.fullmatch(text) if isinstance(text, str) else None
         if match and match[2] and match[2] not in PARTS:
             try:
@@ -309,5 +277,118 @@ def budget_of(case: Case) -> Budget | None:
         spread = spread_of(str(text), value)
         if isnan(spread):
             raise Fault(place, f'{shown(text)} must be a standard uncertainty, such as "0.02 mm" or "2 %"')
-        budget.paths[key], budget.units[key], budget.inputs[key] = path, unit, (value, spread)
-    return budget
+        paths[key], units[key], inputs[key] = path, unit, (value, spread)
+    return Budget(Build(case, paths, units), inputs)
+
+
+def axes_of(case: Case) -> list[Axis]:
+    """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
+    axes: list[Axis] = []
+    for key, given in case.tree.entries.get("sweep", {}).items():
+        path = path_of(key, ("sweep", key))
+        if any(axis.path == path for axis in axes):
+            raise Fault(("sweep", key), "is given twice")
+        if isinstance(given, Call):
+            values, texts = _steps(case, path, key, given), [*given.entries.values()]
+        else:
+            values, texts = [si_value(case, path, value, ("sweep", key, i)) for i, value in enumerate(given)], given
+            for i, value in enumerate(values):
+                if value in values[:i]:
+                    raise Fault(("sweep", key, i), f"{shown(given[i])} is given twice")
+        last = written(path[-2:] if isinstance(path[-1], int) else path[-1:])
+        last = {"at[0]": "x", "at[1]": "y"}.get(last, last)
+        label = written(path) if last in [axis.label for axis in axes] else last
+        name = re.sub(r"\W+", "_", written(path) if label in OWN_NAMES else label).strip("_")
+        axes.append(Axis(path, label, name, values, *unit_at(case, path, texts), words_of(case, path)))
+    if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
+        raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
+    return sorted(axes, key=lambda axis: axis.path[0] == "chain")
+
+
+def path_of(key: str, place: Path) -> Path:
+    """Return the path that a key names; a Fault at its place."""
+    try:
+        path = parsed(key)
+    except ValueError as error:
+        raise Fault(place, str(error)) from None
+    if path[0] not in VARIED or len(path) < 2:
+        raise Fault(place, f'"{key}" cannot be varied; take an entry of [chain] or [structure]')
+    return path
+
+
+def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
+    """Return the value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
+    if not isinstance(value, int | float | str) or isinstance(value, bool):
+        raise Fault(place, f"{shown(value)} must be a number or a text")
+    try:
+        si = case.changed({path: value}).value(path)
+    except Fault as fault:
+        reason = fault.reason if fault.path == path else f"makes {written(fault.path)}: {fault.reason}"
+        raise Fault(place, reason) from None
+    except ValueError as error:
+        raise Fault(place, str(error)) from None
+    return si if isinstance(si, int | float | str) else value
+
+
+def unit_at(case: Case, path: Path, texts: Iterable[Any]) -> tuple[str, float, str]:
+    """Return the unit that a user wrote, or that of the entry; its size in SI units; and the SI unit."""
+    quantity = quantity_of(case.parameter(path))
+    si = quantity.unit_in_files if quantity else ""
+    for text in texts:
+        match = NUMBER.fullmatch(text) if isinstance(text, str) and si else None
+        if match and match[2]:
+            return match[2], float(factor(match[2], si)), si
+    return si, 1.0, si
+
+
+def quantity_of(parameter: Parameter | None) -> Quantity | None:
+    """Return the quantity of a number, also of those in a list."""
+    if parameter is None or parameter.quantity is not None:
+        return None if parameter is None else parameter.quantity
+    lists = [kind for kind, _ in alternatives(parameter) if is_list(kind)]
+    return next((found for kind in lists if (found := quantity_of(items_of(kind)[0]))), None)
+
+
+def _steps(case: Case, path: Path, key: str, given: Call) -> list[Any]:
+    """Return evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
+    place: Path = ("sweep", key)
+    if ("step" in given.entries) == ("count" in given.entries):
+        raise Fault(place, 'needs a step, such as step = "10 mm", or else a count')
+    ends = [si_value(case, path, given.entries[name], (*place, name)) for name in ("from", "to")]
+    for name, end in zip(("from", "to"), ends, strict=True):
+        if not isinstance(end, int | float):
+            raise Fault((*place, name), f"{shown(end)} must be a number; list the values instead")
+    start, end = (Decimal(repr(value)) for value in ends)
+    if end <= start:
+        raise Fault((*place, "to"), f"{shown(given.entries['to'])} must be above the first value")
+    if "count" in given.entries:
+        last = given.entries["count"] - 1
+        values = [start + (end - start) * i / last for i in range(last + 1)]
+    else:
+        # A step may lie outside of the range of the values.
+        typed, quantity = given.entries["step"], quantity_of(case.parameter(path))
+        step = number(typed, quantity, (*place, "step")) if quantity else typed
+        if not isinstance(step, int | float) or step <= 0:
+            raise Fault((*place, "step"), f"{shown(typed)} must be positive")
+        wide = Decimal(repr(step))
+        count = floor((end - start) / wide * Decimal("1.000000001"))
+        if count >= MOST_POINTS:
+            raise Fault((*place, "step"), f"{shown(typed)} makes {count + 1} values; at most {MOST_POINTS}")
+        values = [start + i * wide for i in range(count + 1)]
+    whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in values)
+    return [int(value) if whole else float(value) for value in values]
+
+
+def words_of(case: Case, path: Path) -> str:
+    """Return the entry at a path in words, such as "layer 2 Young's modulus"."""
+    struck = case.value(path[: path.index("at")]) if "at" in path else None
+    rectangle = isinstance(struck, Call) and struck.form.kind in ("kirchhoff_plate", "mindlin_plate")
+    words = [] if path[0] in ("chain", "structure", "measure") else [str(path[0])]
+    for before, part in pairwise(path):
+        if isinstance(part, int) and before == "at" and part < len(PLACES):
+            words[-1:] = [PLACES[part] if rectangle else "xy"[part]]
+        elif isinstance(part, int):
+            words[-1:] = [f"{str(before).removesuffix('s')} {part + 1}"]
+        elif part != "material" or part == path[-1]:
+            words.append(in_words(part))
+    return " ".join(words)

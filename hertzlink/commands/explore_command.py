@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hertzlink.commands.case_commands import of_case
-from hertzlink.terminal import say
+from hertzlink.cli import of_case
+from hertzlink.output import say
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hertzlink.commands.case_commands import FORCE, of_case, output_option
-from hertzlink.terminal import show, written
+from hertzlink.cli import FORCE, of_case, output_option
+from hertzlink.output import check_output, show, write_folder, written
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -20,7 +20,7 @@ CONFIGURATION = "precice-config.xml"
     "--participant", type=click.Choice(["Chain", "Structure"]),
     help=f"Run this end of the coupling. {CONFIGURATION} lies beside CASE.toml.",
 )  # fmt: skip
-@output_option("CASE-precice, or CASE-Chain and CASE-Structure")
+@output_option("CASE-precice, or CASE-Chain and CASE-Structure, for CASE.toml")
 @FORCE
 def precice_case(name: str, case: "Case", participant: str | None, output: Path | None, force: bool) -> None:
     """Couple chain and structure of a case by preCICE, each in a process of its own.
@@ -31,9 +31,8 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
     from coupling.ports.precice import precice_configuration, run_in_precice
     from coupling.results.ar_and_tof import reflections
     from coupling.results.provenance import provenance
-    from hertzlink.cases.paths import Fault
+    from hertzlink.cases.source import Fault
     from hertzlink.cases.tasks import task_of
-    from hertzlink.output_folder import check_output, write_folder
     from structures.moving import MovingStructure
 
     folder = output or Path(f"{Path(name).stem}-{participant or 'precice'}")

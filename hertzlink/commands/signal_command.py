@@ -1,6 +1,6 @@
 """`hertzlink signal`: what the file of an oscilloscope or recorder holds, before anything is fitted."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from textwrap import fill
@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from hertzlink.output_folder import write_file
-from hertzlink.terminal import WRONG_INPUT, complain, say, show
+from hertzlink.output import WRONG_INPUT, complain, say, show, write_file
 from structures.checks import count_of, existing, positive
 from structures.units import readable
 
@@ -43,9 +42,15 @@ def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | 
     seconds = None if interval is None else positive("interval", interval, "s")
     if picture is not None and len(files) > 1:
         raise ValueError(f"--picture {picture}: is the picture of one file; leave it out for {len(files)}")
-    code = 0
-    for file, name in zip(files, [picture] if picture else picture_names(files), strict=True):
-        check_picture(name)
+    code, stems = 0, [file.stem for file in files]
+    for file in files:
+        # Files of one name, as in folders of days, get their folders into the name.
+        stem = file.stem if stems.count(file.stem) == 1 else "-".join(file.absolute().parts[1:])
+        name = picture or Path(f"{stem}-signal.png")
+        if name.suffix not in REMARKS:
+            raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
+        if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
+            raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
         try:
             seen = overview(existing(str(file), file), seconds, segment)
         except (ValueError, OSError) as error:
@@ -58,26 +63,6 @@ def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | 
         draw(seen, name)
         say(f"written: {name}")
     return code
-
-
-def check_picture(name: Path) -> None:
-    """Raise a ValueError for a picture that cannot be drawn, or would replace a file of the user's."""
-    if name.suffix not in REMARKS:
-        raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
-    if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
-        raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
-
-
-def picture_names(files: Sequence[Path]) -> list[Path]:
-    """Return the names of pictures: that of the file, with its ending and then its folders where others share it."""
-    forms: tuple[Callable[[Path], str], ...] = (
-        lambda file: file.stem,
-        lambda file: file.name,
-        lambda file: "-".join(file.absolute().parts[-2:]),
-        lambda file: "-".join(file.absolute().parts[1:]),
-    )
-    every = ([Path(f"{form(file)}-signal.png") for file in files] for form in forms)
-    return next((names for names in every if len({*names}) == len({*files})), [Path("signal.png")] * len(files))
 
 
 def table(seen: "Overview") -> str:
@@ -96,7 +81,6 @@ def table(seen: "Overview") -> str:
         if not look.hum and look.lead < 0.02:  # a period of 50 Hz
             hum = "lead too short"
         lines.append(f"{look.column:6d}  {look.name[:13]:14}" + "".join(f"{size:>10}" for size in sizes) + f"  {hum}")
-        lines.append(f"{'':8}{sketch(look)}")
         its_step = float(look.time[1] - look.time[0])
         if look.time.size != first.time.size or abs(its_step - step) > 1e-3 * step:
             lines.append(f"{'':8}{look.time.size} samples, one every {readable(its_step, 's', 4)}")
@@ -105,15 +89,6 @@ def table(seen: "Overview") -> str:
         lines.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
     lines += [fill(f"column {column}: {reason}", 80) for column, reason in [*seen.refused.items()][:SHOWN]]
     return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
-
-
-def sketch(look: "Look") -> str:
-    """Return a channel as a line of blocks: in each piece of the record, the sample farthest from the median."""
-    blocks, low = "▁▂▃▄▅▆▇█", np.nanmin(look.values)
-    middle, span = np.nanmedian(look.values), (np.nanmax(look.values) - low) or 1.0
-    pieces = np.array_split(np.where(np.isfinite(look.values), look.values, middle), min(64, look.values.size))
-    farthest = [piece[np.argmax(np.abs(piece - middle))] for piece in pieces]
-    return "".join(blocks[round((len(blocks) - 1) * (value - low) / span)] for value in farthest)
 
 
 def remarks(look: "Look") -> Iterator[str]:

@@ -18,8 +18,7 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
 from coupling.results.waves import NoWave
-from hertzlink.cases.case import Case, run_once
-from hertzlink.cases.paths import of_case
+from hertzlink.cases.case import Case, of_case
 from hertzlink.cases.tasks import sensors_of
 from hertzlink.explore.sliders import Slider
 from hertzlink.reports.page import drawn, svg
@@ -92,7 +91,7 @@ class Explorer:
 
     def run(self, case: Case) -> xr.Dataset:
         """Run the case at some values."""
-        return run_once(case, self.simulation(case))
+        return case.run(self.simulation(case))
 
     def simulation(self, case: Case) -> CoSimulation:
         """Return the co-simulation of the case at some values."""

@@ -7,11 +7,10 @@ from decimal import Decimal
 from math import ceil, floor, inf, log10
 from typing import Any, get_args
 
-from hertzlink.cases.axes import Axis, unit_at, words_of
-from hertzlink.cases.case import Case, contacts_of
-from hertzlink.cases.paths import Path, entry, put, written
+from hertzlink.cases.case import Case, points_of
 from hertzlink.cases.reader import Call
-from hertzlink.cases.tasks import Task, count_of_beads
+from hertzlink.cases.source import Path, entry, put, written
+from hertzlink.cases.tasks import Axis, Task, count_of_beads, unit_at, words_of
 from structures.material import Material
 from structures.units import factor
 
@@ -112,7 +111,8 @@ def start_of(task: Task) -> Case:
 
 def sliders_of(task: Task, start: Case) -> list[Slider]:
     """Return the sliders of a case, the first ones of its structure. start: what `start_of` returns."""
-    chain, varied = start.only_chain("the page"), [axis.path for axis in task.axes]
+    start.only_chain("the page")
+    (chain,), varied = start.all("chain"), [axis.path for axis in task.axes]
     sliders = [of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
     numbers = [] if task.axes else list(usual(start))
     numbers += stated(start, chain)
@@ -129,7 +129,7 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
 def usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
     """Yield what usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
     body: Call = case.tree.entries["structure"]
-    is_plate, struck_once = "wall" in body.form.entries, contacts_of(body) == 1 and "at" in body.form.entries
+    is_plate = "at" in body.form.common
     if not is_plate:
         for i, layer in enumerate(body.entries.get("layers", [])[:LAYERS]):
             inside = *body.path, "layers", i
@@ -137,11 +137,10 @@ def usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]
             modulus = (*inside, "material", "youngs_modulus")
             yield modulus, case.value(modulus), WIDE, inf
         yield from stated(case, body)
-    if is_plate and struck_once and "width" in body.entries and body.entries["at"][0] > 0.0:
+    if is_plate and points_of(body) == 1 and "width" in body.entries and body.entries["at"][0] > 0.0:
         yield (*body.path, "at", 0), body.entries["at"][0], NEAR, body.entries["length"]
     if is_plate and "thickness" in body.entries:
-        ends = NEARER if "at" in body.form.entries else HALVES
-        yield (*body.path, "thickness"), body.entries["thickness"], ends, inf
+        yield (*body.path, "thickness"), body.entries["thickness"], NEARER, inf
 
 
 def stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
@@ -175,7 +174,7 @@ def of_axis(axis: Axis, start: Case) -> Slider:
 
 def around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float) -> Slider:
     """Return a slider around the value (SI) in the case, in the unit that the case gives. most: the greatest value."""
-    unit, number, si = unit_at(case, path, value, [entry(case.data, path)])
+    unit, number, si = unit_at(case, path, [entry(case.data, path)])
     if unit == si and unit in PREFERRED:
         unit, number = PREFERRED[unit], float(factor(PREFERRED[unit], si))
     first = digits(value / number)

@@ -13,7 +13,7 @@ from coupling.plots import setup as sketches
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
-from hertzlink.output_folder import write_file
+from hertzlink.output import write_file
 from hertzlink.reports.page import Page, Picture, Table, drawn, html, usual_facts
 from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 from structures.caution import collected

@@ -9,7 +9,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.findings import findings_of, gathered, kind, one_of_each, with_warnings
-from hertzlink.terminal import format_warning
+from hertzlink.output import format_warning
 from structures.caution import caution
 
 BEAD = hl.Sphere(4e-3, hl.STEEL_316)

@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 import hertzlink as hl
 from coupling.inference.numerical_error import MESH, REDUCTION
 from hertzlink.cases.case import Case
-from hertzlink.cases.paths import Fault
+from hertzlink.cases.source import Fault
 from hertzlink.cases.tables import report
 from hertzlink.cases.tasks import run_task, task_of
 from structures.fineness import finer

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from hertzlink import _described as _described
 from hertzlink.cases.case import Case
 from hertzlink.cases.forms import form_of
 from hertzlink.quantities import Count, OneOf, Quantity

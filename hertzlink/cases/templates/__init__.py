@@ -1,8 +1,6 @@
-"""Case files that are written: first ones, by kind, and the case of a result."""
+"""First case files, by kind."""
 
-import os
 import tomllib
-from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from shlex import quote
@@ -10,11 +8,7 @@ from shlex import quote
 import numpy as np
 
 from coupling.results.measures import sensor_force
-from coupling.results.provenance import stored
-from coupling.results.reading import read_netcdf
 from hertzlink.cases.case import Case
-from hertzlink.cases.identification import TRACE
-from hertzlink.cases.paths import CaseError
 from structures.caution import collected
 from structures.checks import nearest
 
@@ -25,59 +19,23 @@ KINDS = (
 
 
 def template(kind: str) -> str:
-    """Return the text of a first case file; a CaseError for an unknown kind, or for a file or folder in its place."""
-    if kind in KINDS:
-        return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
-    place = Path(kind)
-    if not kind or (len(place.parts) == 1 and not place.suffix and not place.exists()):
-        what = f"is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}"
-    elif place.suffix == ".toml":
-        what = f"is a case file already; `hertzlink run {quote(kind)}` runs it"
-    else:
-        result = (place if place.is_dir() else place.parent) / "results.nc"
-        cure = (
-            f"did you mean {result}?" if result.is_file() else f"give results.nc of a run, or one of {', '.join(KINDS)}"
-        )
-        what = f"is neither a kind of case nor a result; {cure}"
-    raise CaseError(f'hertzlink: new: "{kind}" {what}')
+    """Return the text of a first case file; a ValueError for an unknown kind."""
+    if kind not in KINDS:
+        raise ValueError(f'new: "{kind}" is no kind of case; {nearest(kind, KINDS, len(KINDS))}')
+    return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
 
 
 def write_new(kind: str, path: Path | None) -> list[str]:
-    """Write a first case, or the case of a result, into a new file; lines that say what was written, and what next."""
-    text, trace = case_again(Path(kind)) if kind.endswith(".nc") else (template(kind), "")
-    path = path or Path(f"{Path(kind).stem}.toml")
-    written = str(path)
-    if kind == "identify":
-        measured = path.with_suffix(".csv")
-        if measured.exists():
-            raise CaseError(f"{measured}: exists already; give another PATH")
+    """Write a first case into a new file, and the trace that it asks for; lines that say what next."""
+    text, path = template(kind), path or Path(f"{kind}.toml")
+    case, trace = quote(str(path)), path.with_suffix(".csv")
+    if kind != "identify":
+        _write(path, text)
+        return [f"written: {path}", f"next: hertzlink check {case}, then hertzlink run {case}"]
+    with collected():  # the fit warns of it
+        _write(trace, example_trace(text))
     _write(path, text)
-    if kind == "identify":
-        try:
-            with collected():  # the fit warns of it
-                _write(measured, example_trace(text))
-        except OSError:
-            path.unlink()
-            raise
-        trace, written = str(measured), f"{path}, {measured} (a simulated trace)"
-    case = quote(str(path))
-    again = f"hertzlink check {case}, then hertzlink run {case}"
-    if trace:
-        again = f"hertzlink identify {case} {quote(trace.removeprefix(f'{Path.cwd()}{os.sep}'))}"
-    return [f"written: {written}", f"next: {again}"]
-
-
-def case_again(file: Path) -> tuple[str, str]:
-    """Return the text of the case of a result, and the name of the signal's file if it was identified from one.
-
-    A CaseError says in one line what else the file holds.
-    """
-    data = read_netcdf(file)
-    if "case" in data.attrs:
-        return str(data.attrs["case"]), str(data.attrs.get(TRACE, ""))
-    if name := stored(data.attrs.get("input")).get("study"):
-        raise CaseError(f"{file}: is a study, which has no case; `hertzlink study {name}` repeats it")
-    raise CaseError(f"{file}: holds no case, as what was made in Python; `hertzlink new` writes a first one")
+    return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {case} {quote(str(trace))}"]
 
 
 def example_trace(text: str) -> str:
@@ -100,9 +58,6 @@ def _write(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise CaseError(f"{path}: exists already; give another PATH") from None
+        raise ValueError(f"{path}: exists already; give another PATH") from None
     except OSError as error:
-        with suppress(OSError):
-            if path.is_file() and path.stat().st_size == 0:
-                path.unlink()
-        raise CaseError(f"{path}: cannot be written ({error.strerror})") from None
+        raise ValueError(f"{path}: cannot be written ({error.strerror})") from None

@@ -1,18 +1,84 @@
-"""What a command writes: a folder or a file that appears complete or not at all, and never replaces work of others."""
+"""What commands print and write: lines that fit the terminal, and folders that appear complete or not at all."""
 
 import errno
 import hashlib
+import logging
 import os
 import re
 import shutil
 import stat
+import sys
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from secrets import token_hex
+from textwrap import fill
+from typing import IO
+
+import click
+
+from structures.caution import HertzlinkWarning
+
+WRONG_INPUT = 2
+"""Exit code for input that cannot be used."""
 
 # The file in a folder of results that lists the others with their SHA-256, as the program sha256sum does.
 LISTING, LISTED = "files.txt", re.compile(r"([0-9a-f]{64})  (.+)")
+
+format_of_python = warnings.formatwarning
+
+
+def printable(text: str) -> str:
+    """Return text with control characters as Python writes them: a terminal may take those of a file for commands."""
+    return "".join(
+        character if character.isprintable() or character in "\n\t" else character.encode("unicode_escape").decode()
+        for character in text
+    )
+
+
+def fitted(text: str, stream: IO[str]) -> str:
+    """Return a message as lines that fit, if the stream is a terminal. No word is broken, so paths can be copied."""
+    text = printable(text)
+    if not stream.isatty():
+        return text
+    settings = {"subsequent_indent": "  ", "break_long_words": False, "break_on_hyphens": False}
+    width = shutil.get_terminal_size().columns
+    return "\n".join(fill(line, width, **settings) for line in text.splitlines())  # type: ignore[arg-type]
+
+
+def say(text: str) -> None:
+    """Print a message."""
+    click.echo(fitted(text, sys.stdout))
+
+
+def show(table: str) -> None:
+    """Print lines that fit, such as a table."""
+    click.echo(printable(table))
+
+
+def complain(message: str, prefix: str = "hertzlink: ") -> None:
+    """Print a message on standard error."""
+    click.echo(fitted(prefix + " ".join(message.split()), sys.stderr), err=True)
+
+
+def format_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
+) -> str:
+    """Return a HertzlinkWarning without the line of code, which the user of a command did not write."""
+    if issubclass(category, HertzlinkWarning):
+        return fitted(f"hertzlink: warning: {' '.join(str(message).split())}", sys.stderr) + "\n"
+    return format_of_python(message, category, filename, lineno, line)
+
+
+def set_up() -> None:
+    """Give warnings and the log their form."""
+    logging.basicConfig(format="%(name)s: %(message)s", level=logging.WARNING)
+    # The progress of sweeps, where no bar is drawn because output is redirected.
+    logging.getLogger("hertzlink.sweep").setLevel(logging.INFO)
+    warnings.formatwarning = format_warning
+    # Appended, so that the user's own filters come first.
+    warnings.simplefilter("once", HertzlinkWarning, append=True)
 
 
 def check_output(folder: Path, force: bool) -> None:
@@ -32,10 +98,8 @@ def check_output(folder: Path, force: bool) -> None:
         if path.exists() and not force:
             raise ValueError(f"{name}: exists already; give another folder, or use --force to replace it")
         if path.exists() and (foreign := foreign_files(path)):
-            raise ValueError(
-                f"{name}: contains {foreign[0]}, which no earlier command wrote, or which was changed since; move it "
-                "away, or give another folder"
-            )
+            reason = f"contains {foreign[0]}, which no earlier command wrote, or which was changed since"
+            raise ValueError(f"{name}: {reason}; move it away, or give another folder")
         if not path.parent.is_dir():
             raise ValueError(f"{name}: its parent folder does not exist")
         # Only a trial shows whether a folder can be made here.
@@ -54,17 +118,13 @@ def foreign_files(folder: Path) -> list[str]:
         matches = [match for line in lines if (match := LISTED.fullmatch(line))]
         if len(matches) == len(lines):
             sums = {match[2]: match[1] for match in matches} | {LISTING: sum_of(listing)}
-    return sorted(
-        path.name
-        for path in folder.iterdir()
-        if path.is_symlink() or not path.is_file() or sums.get(path.name) != sum_of(path)
-    )
+    names = sorted(folder.iterdir())
+    return [path.name for path in names if path.is_symlink() or sums.get(path.name, "none") != sum_of(path)]
 
 
 def sum_of(path: Path) -> str:
-    """Return the SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    """Return the SHA-256 of a file; nothing for a folder."""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
 def temporary_beside(path: Path) -> Path:
@@ -89,15 +149,13 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         except OSError as error:
             raise OSError(error.errno, f"{error.strerror or error}; nothing was changed", str(folder)) from error
 
-        foreign = list[str]()
+        foreign = ["the results of another command"] if folder.exists() and not force else []
         if folder.exists() and force:
             new.chmod(stat.S_IMODE(folder.stat().st_mode))
             folder.rename(old)  # nothing can come to lie in it now
             foreign = foreign_files(old)
             if foreign:
                 old.rename(folder)
-        elif folder.exists():
-            foreign = ["the results of another command"]
         if foreign:
             place = next(path for i in range(2, 10**6) if not os.path.lexists(path := Path(f"{folder}-{i}")))
             new.rename(place)
@@ -107,6 +165,12 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         shutil.rmtree(old, ignore_errors=True)
     finally:
         shutil.rmtree(new, ignore_errors=True)
+
+
+def written(folder: Path) -> None:
+    """Say where results are: the folder on one line, which can be copied, and its files on the next."""
+    show(f"\nwritten to {folder.resolve()}:")
+    say(", ".join(sorted(path.name for path in folder.iterdir())))
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -122,11 +186,3 @@ def write_file(path: Path, content: bytes) -> None:
         raise OSError(error.errno, f"{reason}; nothing was changed", str(path)) from error
     finally:
         new.unlink(missing_ok=True)
-
-
-def forget(parts: Path) -> None:
-    """Remove the parts of a result that a store kept, and its folder if nothing else lies in it."""
-    for file in parts.glob("*.nc"):
-        file.unlink()
-    if parts.is_dir() and not any(parts.iterdir()):
-        parts.rmdir()
