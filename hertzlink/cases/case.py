@@ -172,9 +172,10 @@ class Case:
 
     def simulation(self) -> CoSimulation:
         """Return the co-simulation; raise a ValueError that names the entry which is refused."""
-        for material in self.tree.context.materials.values():
+        new = replace(self)  # tables keep what they made, and how finely bodies are meshed may have changed
+        for material in new.tree.context.materials.values():
             _ = material.made
-        calls, bodies, run = self.all("chain"), self.all("structure"), self.tree.entries["run"]
+        calls, bodies, run = new.all("chain"), new.all("structure"), new.tree.entries["run"]
         chains = [call.made for call in calls]
         points = [points_of(body) for body in bodies]
         built = [structure_of(body, run) for body in bodies]
@@ -213,13 +214,13 @@ class Case:
         faced, behind = ([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))
         given: tuple[Any, Any, Any] = chains, faced, behind
         settings = run.made
-        if not isinstance(self.tree.entries["chain"], list):
+        if not isinstance(new.tree.entries["chain"], list):
             given = chains[0], faced[0], behind[0]
         try:
             return CoSimulation(given[0], given[1], behind=given[2], **settings)
         except ValueError as error:
             name = str(error).partition(": ")[0].partition(" = ")[0]
-            tables = {**dict.fromkeys(run.form.entries, run), "structure": self.tree}
+            tables = {**dict.fromkeys(run.form.entries, run), "structure": new.tree}
             # What names no section is about the chain.
             raise tables.get(name, calls[0]).fault(str(error)) from error
 

@@ -176,12 +176,11 @@ def _table(
         form = forms[word]
     else:
         form = max(plain, key=lambda form: len({*form.entries} & {*table}))
-    entries: dict[str, Any] = {}
-    for name, value in table.items():
+    for name in table:
         if name not in form.names:
             raise Fault((*path, name), f"is no entry here; {nearest(name, form.names, 20)}")
-        if value is not None and name in form.entries:
-            entries[name] = read(value, form.entries[name], (*path, name), context)
+    given = {name: value for name, value in table.items() if value is not None and name in form.entries}
+    entries = {name: read(value, form.entries[name], (*path, name), context) for name, value in given.items()}
     for name, parameter in form.entries.items():
         if parameter.required and not parameter.may_be_none and name not in entries:
             raise Fault((*path, name), f"is missing; {hint_of(parameter)}")
