@@ -388,33 +388,25 @@ def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
     assert sorted(os.listdir(tmp_path)) == ["results", "thesis.tex"]
 
 
-def test_a_file_that_comes_while_a_study_writes_is_kept(tmp_path: Path) -> None:
+@pytest.mark.parametrize("force", [True, False])
+def test_what_comes_while_a_study_writes_is_kept(tmp_path: Path, force: bool) -> None:
+    """A file of the user's in the folder that is replaced, or the folder of another study."""
     folder = tmp_path / "results"
-    write_folder(folder, old_table, force=False)
+    if force:
+        write_folder(folder, old_table, force=False)
 
     def write(into: Path) -> None:
         (into / "table.txt").write_text("new")
+        if not force:
+            write_folder(folder, old_table, force=False)
         (folder / "notes.txt").write_text("mine")
 
-    words = r"holds notes\.txt, which would be deleted; nothing was changed; the new folder is .*results-2"
+    words = r"which would be deleted; nothing was changed; the new folder is .*results-2"
     with pytest.raises(OSError, match=words):
-        write_folder(folder, write, force=True)
+        write_folder(folder, write, force)
     assert (folder / "table.txt").read_text() == "old"
     assert (folder / "notes.txt").read_text() == "mine"
     assert (tmp_path / "results-2" / "table.txt").read_text() == "new"
-
-
-def test_of_two_studies_that_write_one_folder_both_are_kept(tmp_path: Path) -> None:
-    folder = tmp_path / "results"
-
-    def write(into: Path) -> None:
-        (into / "table.txt").write_text("second")
-        write_folder(folder, old_table, force=False)
-
-    with pytest.raises(OSError, match=r"nothing was changed; the new folder is .*results-2"):
-        write_folder(folder, write, force=False)
-    assert (folder / "table.txt").read_text() == "old"
-    assert (tmp_path / "results-2" / "table.txt").read_text() == "second"
 
 
 def test_an_interrupt_that_kept_something_says_so(
