@@ -212,16 +212,6 @@ def test_a_sweep_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) ->
     assert not Path("other").exists()
 
 
-def test_missing_bindings_are_one_line(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setitem(sys.modules, "precice", None)
-    assert command("precice", str(folder / "case.toml"), "--participant", "Chain") == 2
-    error = capsys.readouterr().err
-    assert "pip install" in error
-    assert len(error.splitlines()) == 1
-
-
 def test_an_end_outside_its_folder_says_where_to_go(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("rod.toml").write_text(CASE)
     for cure in ("hertzlink precice rod.toml writes it", "cd rod-precice"):

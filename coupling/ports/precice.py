@@ -71,20 +71,19 @@ def run_in_precice(
         What to run; a large structure should be reduced, see `reduce`.
     configuration : str or Path
         The configuration file of preCICE, with a fixed time-window-size.
-    surface : Surface
-        The surface that a chain touches; `structure.surface` for a Structure.
+    surface, flexibility : Surface and float
+        Of a chain: the surface that it touches, and the compliance in series with its contact, m/N; of a Structure its
+        `surface` and its `flexibility`.
     names : mapping, optional
-        Names in the configuration that differ from "participant": "Chain" or "Structure", "mesh": "Chain-Mesh" or
-        "Structure-Mesh", "displacement": "Displacement", "force": "Force".
+        Names in the configuration for "participant", "mesh", "displacement" and "force"; by default "Chain" or
+        "Structure", "Chain-Mesh" or "Structure-Mesh", "Displacement" and "Force".
     direction : sequence of float, optional
         The direction in which the chain pushes, if the data are vectors; None if both are scalars.
     positions : sequence, optional
         Position of the vertex of each contact, m; of a single one by default the origin.
     window : float, optional
-        Longest step of a chain, s: preCICE's window, or an equal part of it. By default preCICE's window; but 1/64 of a
-        contact if that is longer than 1/8 of one.
-    flexibility : float
-        Compliance in series with a chain's contact, m/N; `structure.flexibility` for a Structure.
+        Longest step of a chain, s. By default preCICE's window; but 1/64 of a contact if that is longer than 1/8 of
+        one.
     dt : float, optional
         Time step of a chain, s; see MovingChain.
 

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.results.findings import findings_of, gathered, kind, one_of_each, with_warnings
+from coupling.results.findings import findings_of, gathered, kind, one_of_each
 from hertzlink.output import format_warning
 from structures.caution import caution
 
@@ -24,16 +24,6 @@ def struck(impact_speed: float) -> hl.CoSimulation:
 def doubtful(run: xr.Dataset) -> xr.Dataset:
     caution("measure: doubtful")
     return xr.Dataset({"force": run.contact_force.max()})
-
-
-def test_findings_are_lines_of_an_attribute() -> None:
-    data = with_warnings(
-        xr.Dataset(attrs={"warnings": "old: one", "input": "{}"}), ["energy: so\n much", "b: c", "b: c"]
-    )
-    assert data.attrs == {"input": "{}", "warnings": "energy: so much\nb: c"}
-    assert findings_of(data) == ["energy: so much", "b: c"]
-    assert with_warnings(data, []).attrs == {"input": "{}", "warnings": ""}
-    assert findings_of(xr.Dataset()) == []
 
 
 def test_numbers_make_no_new_kind() -> None:

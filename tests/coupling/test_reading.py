@@ -6,13 +6,11 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.results.reading import Reading, at_end
-from coupling.results.schema import COORDINATES, LAST, VARIABLES, Contact, kind_of
+from coupling.results.schema import COORDINATES, VARIABLES, kind_of
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = sorted(path.stem for path in (ROOT / "coupling/results").glob("[!_]*.py"))
@@ -51,17 +49,6 @@ def test_the_kind_of_a_dataset_is_known() -> None:
         "": run.drop_vars("contact_force"),
     }
     assert {name: kind_of(data) for name, data in kinds.items()} == {name: name for name in kinds}
-
-
-def test_padding_of_a_shorter_chain_is_removed() -> None:
-    run = run_of(3, 5)
-    reading = Reading(run)
-    assert reading.beads == [3, 5]
-    assert reading.kept == set(range(1, 7))
-    assert reading.contacts == [Contact(0, LAST, 0, 0), Contact(1, LAST, 1, 0)]
-    short = run.contact_force.isel(chain=0).transpose("contact", "time")
-    assert np.isnan(short.values[:, 0]).sum() == 2
-    assert at_end(short.values).tolist() == short.sel(contact=4).values.tolist()
 
 
 def test_every_variable_of_a_run_is_in_the_schema() -> None:

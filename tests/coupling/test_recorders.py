@@ -115,17 +115,11 @@ def test_what_a_file_does_not_state(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         read(tmp_path / "a.tdms")
 
 
-def test_no_file_leads_elsewhere_or_claims_more_than_it_holds(tmp_path: Path) -> None:
-    with h5py.File(tmp_path / "huge.h5", "w") as file:
-        file.create_dataset("force", shape=(10**12,), chunks=(10**6,), dtype="f8", compression="gzip")
+def test_no_file_leads_elsewhere(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "link.h5", "w") as file:
         file["force"] = h5py.ExternalLink("secret.h5", "/secret")
     np.savez(tmp_path / "objects.npz", a=np.array([{}] * 20, dtype=object))
-    for name, said in (
-        ("huge.h5", "more than its file"),
-        ("link.h5", "links to another"),
-        ("objects.npz", "cannot be"),
-    ):
+    for name, said in (("link.h5", "links to another"), ("objects.npz", "cannot be")):
         with pytest.raises(ValueError, match=said):
             read(tmp_path / name)
 

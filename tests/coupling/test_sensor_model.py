@@ -35,15 +35,6 @@ def test_gain_at_a_frequency(model: hl.SensorModel, frequency: float, gain: floa
     assert np.hypot(*parts) == pytest.approx(gain, rel=2e-3)
 
 
-def test_resonance() -> None:
-    model = hl.SensorModel(stiffness=4e8, mass=1e-3)
-    time = np.arange(52_000) * 1e-8
-    ringing = model.response(time, np.ones(time.size)) - 1.0
-    crossings = np.flatnonzero(np.diff(np.sign(ringing)) > 0)[:50]
-    frequency = (len(crossings) - 1) / (time[crossings[-1]] - time[crossings[0]])
-    assert frequency == pytest.approx(np.sqrt(4e11 * (1.0 - 0.02**2)) / (2.0 * np.pi), rel=1e-3)
-
-
 def after_half_sine(t: float, length: float) -> float:
     """What an RC high-pass shows t after the beginning of a half-sine pulse of amplitude 1, t ≥ length: −∫e^…/τ."""
     w = np.pi / length

@@ -177,20 +177,6 @@ def test_bad_arrays() -> None:
             as_signal(bad_time, forces)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("radius", "wall"), [(2.38e-3, "steel"), (4.76e-3, "steel"), (4.76e-3, "soft"), (9.53e-3, "steel")]
-)
-def test_clean_signals_agree_with_the_run(radius: float, wall: str) -> None:
-    """Two estimators of the same peaks: a polynomial through the force, and a spline between the contacts' peaks."""
-    data = run(radius, wall)
-    signal = as_signal(data.time, {7: hl.sensor_force(data, 7)})
-    expected, found = hl.reflections(data, 7), hl.reflections(signal, 7)
-    assert found.incident.amplitude == pytest.approx(expected.incident.amplitude, rel=5e-4)
-    assert found.primary.amplitude_ratio == pytest.approx(expected.primary.amplitude_ratio, abs=1e-3)
-    assert found.primary.time_of_flight == pytest.approx(expected.primary.time_of_flight, abs=1e-7)
-
-
 def test_the_first_wave_of_a_train_is_the_incident_one() -> None:
     """A heavy striker: 145 N, 122 N, 109 N … pile up to 270 N at the wall, and stay apart."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)

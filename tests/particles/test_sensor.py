@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.results.sensor_trace import noise_level, quiet_lead, resolution, smoothed
+from coupling.results.sensor_trace import quiet_lead, smoothed
 from coupling.signals.calibration import calibration_factor
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -80,19 +80,6 @@ def test_bad_calibration(change: dict, message: str) -> None:
     assert calibration_factor(**good) > 0.0
     with pytest.raises(ValueError, match=message):
         calibration_factor(**(good | change))
-
-
-def test_noise_level_sees_noise_and_not_the_pulse() -> None:
-    clean = pulse()
-    noise = 0.02 * np.random.default_rng(0).standard_normal(clean.size)
-    assert noise_level(clean) < 1e-6
-    assert noise_level(clean + noise) == pytest.approx(0.02, rel=0.05)
-
-
-def test_resolution_is_the_digitisers_step() -> None:
-    coarse = np.round(pulse() / 0.01) * 0.01
-    assert resolution(coarse) == pytest.approx(0.01)
-    assert resolution(np.ones(20)) == 0.0
 
 
 def test_smoothing_lowers_noise_as_it_says() -> None:
