@@ -29,7 +29,6 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.signals.calibration import calibration_factor
 from hertzlink.cases.case import Case
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import main as hertzlink
@@ -408,9 +407,6 @@ def closed_forms() -> Mapping[str, Any]:
             hl.drop_speed(0.01),
         ],
         "laminates": theory.indentation_modulus(theory.orthotropic_stiffness([9e10] * 3, [0.3] * 3, [4e9] * 3)),
-        "calibration": calibration_factor(
-            np.linspace(0.0, 1e-3, 400), 3.0 * np.exp(-(((np.linspace(0.0, 1.0, 400) - 0.4) / 0.1) ** 2)), mass, 0.3
-        ),
         "edge": hl.theory.critical_distance_bounds(BEAD, thin, 0.3),
         "law of the edge": hl.critical_distance_law(
             BEAD, hl.kirchhoff_plate(0.5, 0.5, 2e-3, hl.ALUMINIUM_6061, CLAMPED), 0.3

@@ -108,7 +108,6 @@ def read_signal(
         The units of the times and of the columns, such as "us" and "mV"; by default what the head says, else s and V.
     calibration : float or mapping, optional
         κ, N/V: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other way round.
-        `calibration_factor` measures it.
     baseline, positions
         As in `as_signal`.
     interval : float, optional

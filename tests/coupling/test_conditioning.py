@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from coupling.results.sensor_trace import quiet_lead, smoothed
 
 TIME = 2e-7 * np.arange(4000)
 
@@ -82,6 +83,16 @@ def test_no_quiet_lead() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="sensor 7: there is no quiet lead, so the offset was left"):
         found = hl.clean_signal(signal((waves() + noise(0.3))[1000:], TIME[1000:]))
     assert float(found.noise[0]) == pytest.approx(0.3, rel=0.1)
+
+
+def test_the_smoothed_trace_and_its_lead() -> None:
+    """The noise that smoothing leaves, where it is far from the pulse; a lead that ends before the pulse."""
+    noisy = 0.4 + waves() + noise(1.0)
+    smooth, left, width = smoothed(noisy)
+    assert width == pytest.approx(2.0 * np.sqrt(np.log(2.0)) * 100, rel=0.1)
+    assert np.std(smooth[:700]) == pytest.approx(left, rel=0.3)
+    assert 300 < quiet_lead(noisy) < 900
+    assert quiet_lead(noisy[1000:]) == 0
 
 
 def test_bad_input() -> None:

@@ -7,7 +7,6 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.waves import Wave
-from coupling.signals.calibration import calibration_factor
 
 NS = 1000 * np.arange(601)
 TIME = 1e-9 * NS
@@ -55,12 +54,6 @@ def test_arrays_with_units(time: object, force: object) -> None:
 def test_arrays_that_are_refused(time: object, force: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.as_signal(time, {7: force})
-
-
-def test_a_calibration_takes_the_same_arrays() -> None:
-    time = xr.DataArray(np.linspace(-100.0, 100.0, 2001), dims="t", attrs={"units": "us"})
-    voltage = np.where(abs(time) < 20.0, np.cos(np.pi * time / 40.0), 0.0)
-    assert calibration_factor(time, voltage, 3.5e-3, 0.44) == pytest.approx(121.0, abs=0.5)
 
 
 @pytest.mark.parametrize("order", [slice(None, None, -1), np.random.default_rng(1).permutation(601)])
