@@ -103,8 +103,9 @@ def table_of(path: Path, content: bytes, wanted: Sequence[int], skip: int) -> Ta
     places, texts = np.array([number for number, _ in lines]), [line for _, line in lines]
     delimiter, decimal = form_of(path, texts, wanted)
     cells = split(path, texts, delimiter)
-    filled = (cells.iloc[len(cells) // 3 :].map(str.strip) != "").mean()
-    width = 1 + max([*wanted, *np.flatnonzero(filled > 0.5).tolist()], default=0)
+    body = cells.iloc[len(cells) // 3 :]
+    filled = [column for column in cells if (body[column].str.strip() != "").mean() > 0.5]
+    width = 1 + max([*wanted, *filled], default=0)
     numbers = {column: numbers_in(cells[column], decimal) for column in range(width)}
     for column, values in numbers.items():
         if np.isnan(values).mean() > 0.5 and cells[column].str.contains(CLOCK).mean() > 0.5:
@@ -192,8 +193,9 @@ def head_cells(line: str, delimiter: str) -> list[str]:
 
 def numbers_in(cells: pd.Series, decimal: str) -> Vector:
     """Return the numbers in cells, NaN for words and for marks of a sample beyond the range."""
-    bare = cells.str.strip(' "\t').str.replace(decimal, ".", regex=False)
-    values = pd.to_numeric(bare, errors="coerce").to_numpy(float)
+    bare = cells.str.strip(' "\t')
+    plain = bare if decimal == "." else bare.str.replace(decimal, ".", regex=False)
+    values = pd.to_numeric(plain, errors="coerce").to_numpy(float)
     return np.where(np.abs(values) < HUGE, values, np.nan)
 
 
