@@ -16,7 +16,7 @@ from coupling.results.findings import one_of_each, warn
 from coupling.results.measures import sensor_force
 from coupling.results.provenance import differences, unfolded, versions
 from coupling.results.reading import Reading
-from hertzlink.output_folder import write_file
+from hertzlink.output import write_file
 from structures.caution import collected
 from structures.checks import instance, listed, not_negative, one_of, whole
 from structures.meshes.hdf5 import check_hdf5
