@@ -4,17 +4,16 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from html import escape
 from math import isnan, nan
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identification import as_text
+from coupling.inference.identification import Printed, as_text
 from coupling.inference.settings import DIFFERENCES
-from coupling.plan import Adaptive, Plan
+from coupling.plan import Adaptive
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
@@ -28,26 +27,18 @@ from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
 
-
-class Measure(NamedTuple):
-    """What is read from a run at a sensor: its name and unit in tables, and the function."""
-
-    label: str
-    unit: float
-    read: Callable[[xr.Dataset, int], Any]
-
-
-MEASURES = {
-    "amplitude_ratio": Measure("AR", 1.0, amplitude_ratio),
-    "time_of_flight": Measure("TOF, µs", 1e-6, time_of_flight),
-    "secondary_amplitude_ratio": Measure("secondary AR", 1.0, partial(amplitude_ratio, wave="secondary")),
-    "secondary_time_of_flight": Measure("secondary TOF, µs", 1e-6, partial(time_of_flight, wave="secondary")),
-    "contact_time": Measure("contact time, µs", 1e-6, lambda run, sensor: contact_time(run)),
+MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
+    "amplitude_ratio": ("AR", 1.0, amplitude_ratio),
+    "time_of_flight": ("TOF, µs", 1e-6, time_of_flight),
+    "secondary_amplitude_ratio": ("secondary AR", 1.0, partial(amplitude_ratio, wave="secondary")),
+    "secondary_time_of_flight": ("secondary TOF, µs", 1e-6, partial(time_of_flight, wave="secondary")),
+    "contact_time": ("contact time, µs", 1e-6, lambda run, sensor: contact_time(run)),
 }
+"""What is read from a run at a sensor: its name in tables, its unit there, and the function."""
 
 
 @dataclass(frozen=True)
-class NumericalError:
+class NumericalError(Printed):
     """Measures of a run, and estimates of their errors by source; returned by `numerical_error`.
 
     Parameters
@@ -85,7 +76,6 @@ class NumericalError:
 
     def noted_in(self, run: xr.Dataset) -> xr.Dataset:
         """Return a run of the same simulation with these margins, which `reflections` and reports then show."""
-        instance("run", run, xr.Dataset, "a run")
         noted = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}"))
         margins = {name: margin for name, margin in self.margins.items() if np.isfinite(self._errors(name)).all()}
         noted[str(self.sensor)] = {"margins": margins, "text": str(self)}
@@ -102,9 +92,6 @@ class NumericalError:
         notes = [f"{source}: {note}" for source, note in self.notes.items()]
         notes += [f"note: {warning}" for warning in self.warnings if warning not in notes]
         return as_text(rows, notes, are_numbers=True)
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(str(self))}</pre>"
 
 
 @one_thread
@@ -162,26 +149,30 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
             raise ValueError(f"build(...) = {made!r}: must be the CoSimulation of one chain")
         return made
 
-    def measured(run: xr.Dataset) -> dict[str, float]:
-        return {name: float(measure.read(run, sensor)) for name, measure in MEASURES.items()}
-
     usual = built()
-    last = len(usual.chain.chain.beads)
-    if sensor > last:
-        raise ValueError(f"sensor = {sensor}: must be a bead from 1 to {last}, counted from the struck end")
-    saved, plan = sorted({sensor, last}), usual.plan(until)
+    saved, plan = sorted({sensor, len(usual.chain.chain.beads)}), usual.plan(until)
+
+    def measured(run: xr.Dataset) -> dict[str, float]:
+        return {name: float(read(run, sensor)) for name, (_, _, read) in MEASURES.items()}
+
     run = usual.run(until, sensors=saved)
     with collected() as said:
         values = measured(run)
-    with collected():
-        shorter = measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved))
-        again = measured(built().run(until, sensors=saved))
-        changes = {TIME: (DIFFERENCES.richardson, shorter)}
-        notes = {TIME: "windows, steps and saved intervals halved"}
-        for source in (MESH, REDUCTION):
-            fine, size, notes[source] = _finer(source, usual, built)
-            changes[source] = size, values if fine is None else measured(fine.run(until, sensors=saved))
     present = {name: value for name, value in values.items() if not isnan(value)}
+
+    # The runs that are compared with this one, and the factors that make the changes errors.
+    windows: dict[str, Any] = {"window": plan.length / 2.0}
+    if isinstance(usual.window, Adaptive):
+        # A window's error, of a chord to a parabola, grows as its length squared: a quarter is half the window.
+        windows = {"window": Adaptive(usual.window.tolerance / 4.0)}
+    shorter = usual.replace(**windows, dt=plan.length / usual.chain.steps(plan.length) / 2.0)
+    with collected():
+        again = measured(built().run(until, sensors=saved))
+        refined = {TIME: measured(shorter.run(until, plan.interval / 2.0, sensors=saved))}
+        sizes, notes = {TIME: DIFFERENCES.richardson}, {TIME: "windows, steps and saved intervals halved"}
+        for source in (MESH, REDUCTION):
+            fine, sizes[source], notes[source] = _finer(source, usual, built)
+            refined[source] = values if fine is None else measured(fine.run(until, sensors=saved))
     for name, value in present.items():
         if not abs(again[name] - value) <= DIFFERENCES.repeated * abs(value):
             label, unit, _ = MEASURES[name]
@@ -190,29 +181,21 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
                 "of the next, with the same values; must return the same at each call"
             )
     parts = {
-        source: {name: size * (values[name] - refined[name]) for name in present}
-        for source, (size, refined) in changes.items()
+        source: {name: size * (values[name] - refined[source][name]) for name in present}
+        for source, size in sizes.items()
     }
+
     warnings = list(dict.fromkeys(said))
-    for source, (size, _) in changes.items():
+    for source, size in sizes.items():
+        lost = [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]
         if isnan(size):
             warnings.append(f"{source}: {notes[source]}")
-            continue
-        lost = [MEASURES[name].label for name, error in parts[source].items() if isnan(error)]
-        warnings += [f"{source}: {label} has no error, as the finer run does not have this wave" for label in lost]
+        elif lost:
+            warnings.append(f"{source}: {', '.join(lost)} without an error, as the finer run does not have this wave")
     if "amplitude_ratio" not in present:
         warnings.append(f"waves: none returns to bead {sensor} until {readable(until, 's')}")
     warn(warnings)
     return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
-
-
-def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
-    """Return a simulation with windows and steps of half the length."""
-    windows: dict[str, Any] = {"window": plan.length / 2.0}
-    if isinstance(simulation.window, Adaptive):
-        # A window's error, of a chord to a parabola, grows as its length squared: a quarter is half the window.
-        windows = {"window": Adaptive(simulation.window.tolerance / 4.0)}
-    return simulation.replace(**windows, dt=plan.length / simulation.chain.steps(plan.length) / 2.0)
 
 
 def _finer(

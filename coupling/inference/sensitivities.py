@@ -97,19 +97,14 @@ def sensitivities(
     values, until = {name: finite(name, value) for name, value in parameters.items()}, positive("until", until, "s")
     if zero := [name for name, value in values.items() if value == 0.0]:
         raise ValueError(f"{zero[0]} = 0: has no scale for a difference; must not be zero")
-    if sensors is None:
-        raise ValueError("sensors = None: must be numbers of beads, such as [7]")
     function("measure", measure or waves_at, 1, "a function of a Dataset of runs")
     simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation").for_run(until)
-    if isinstance(simulation.window, Adaptive):
-        raise ValueError("build(...): has adaptive windows, which jump with a parameter; give a window in s, or none")
-    if not is_compiled(simulation.interface, simulation.scheme):
+    several, adaptive = len(simulation.interface.chains) > 1, isinstance(simulation.window, Adaptive)
+    if several or adaptive or not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
-            f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), and structures that are "
-            "linear and small or reduced"
+            f"build(...) = {simulation!r}: has no derivatives; it needs one chain, Condensed(), windows of a fixed "
+            "length, and structures that are linear and small or reduced"
         )
-    if len(simulation.interface.chains) > 1:
-        raise ValueError(f"build(...) = {simulation!r}: has several chains; must have one")
 
     plan, loss = simulation.plan(until, save_every), simulation.chain.chain.dissipation
     jumps = loss is not None and loss.piece != "drag"
@@ -157,22 +152,22 @@ def differences(
     steps = DIFFERENCES.steps_with_losses if jumps else DIFFERENCES.steps
     smooth = DIFFERENCES.smooth_with_losses if jumps else DIFFERENCES.smooth
     for step in steps:
-        pairs = dict[str, list[CoSimulation]]()
-        for name in left:
-            try:
-                pairs[name] = [_near(build, values, name, part, settings) for part in (step, -step)]
-            except ValueError as error:
-                failures.setdefault(name, str(error))
-        if not pairs:
-            continue
+        rows = [{**values, name: values[name] * (1.0 + part)} for name in left for part in (step, -step)]
+        columns = {name: [row[name] for row in rows] for name in values}
         with collected():  # these runs are not those of the user
-            rows = [near for pair in pairs.values() for near in pair]
-            runs = records(lambda run: run, until, plan.interval, kept, beads, {"run": rows})
-        for place, name in enumerate(pairs):
-            both = {key: part[2 * place : 2 * place + 2] for key, part in zip(OF_RUNS, runs.columns, strict=True)}
+            runs = records(lambda **row: build(**row).replace(**settings), until, plan.interval, kept, beads, columns)
+        for place, name in enumerate(left):
+            pair = slice(2 * place, 2 * place + 2)
+            both = {key: part[pair] for key, part in zip(OF_RUNS, runs.columns, strict=True)}
             above, below = both["contact_force"]
             if np.isnan(above + below).any():
-                failures[name] = f"{name}: a run near its value fails: {runs.failures[0]}"
+                reason = next(str(end.failure) for end in runs.ends[pair] if end.failure)
+                shown = readable(values[name], units_of(build).get(name, ""), 6)
+                failures.setdefault(
+                    name,
+                    f"{name}: build fails at {shown} ± {100.0 * step:g} %, which a derivative by differences needs: "
+                    f"{reason}",
+                )
                 continue
             slopes = {key: (part[0] - part[1]) / (2.0 * step * values[name]) for key, part in both.items()}
             bend = abs(above - 2.0 * here + below).mean() / (2.0 * step)
@@ -187,18 +182,6 @@ def differences(
     if missing := [name for name in values if name not in found]:
         raise ValueError(failures[missing[0]])
     return {name: found[name] for name in values}
-
-
-def _near(
-    build: Build, values: Mapping[str, float], name: str, part: float, settings: Mapping[str, Any]
-) -> CoSimulation:
-    """Return the run whose parameter of this name is larger by a part of its value; errors say at which value."""
-    try:
-        return build(**{**values, name: values[name] * (1.0 + part)}).replace(**settings)
-    except (ArithmeticError, ValueError) as error:
-        shown = readable(values[name], units_of(build).get(name, ""), 6)
-        needs = f"fails at {shown} {100.0 * part:+g} %, which a derivative by differences needs"
-        raise ValueError(f"{name}: build {needs}: {error}") from None
 
 
 def units_of(build: Build) -> dict[str, str]:
@@ -245,28 +228,24 @@ def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure
             measure(runs.isel(run=[0]))
     data, notes = dict[str, Any](), list(dict.fromkeys(said))
     for name, value in values.data_vars.items():
-        if value.sizes.get("run") != len(shifts) or "parameter" in value.dims:
+        if value.sizes.get("run") != len(shifts) or "parameter" in value.dims or name in run.variables:
             raise ValueError(
-                f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {len(shifts)}, and none "
-                "that is called parameter"
+                f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {len(shifts)}, have "
+                "none that is called parameter, and a name that a run does not use"
             )
-        if name in run.variables or value.dtype.kind not in "fiu":
-            what = "is a name that every run uses" if name in run.variables else f"holds {value.dtype}"
-            raise ValueError(f"measure(runs): {name} {what}; must be real numbers under another name")
         table = value.transpose("run", ...)
-        usual, above, below = table.values[0], table.values[1 : 1 + len(names)], table.values[1 + len(names) :]
-        step = steps.reshape(-1, *[1] * usual.ndim)
+        usual, above, below = np.split(table.values.astype(float), [1, 1 + len(names)])
+        step = steps.reshape(-1, *[1] * (table.ndim - 1))
         slope, sides = (above - below) / (2.0 * step), (above - 2.0 * usual + below) / step
-        for place, parameter in enumerate(names):
-            limit = DIFFERENCES.jump * abs(slope[place]) + 1e-6 * abs(usual / step[place]).max(initial=0.0)
-            if np.any(abs(sides[place]) > limit):
-                notes.append(
-                    f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a wave "
-                    "changes its peak"
-                )
+        rough = 1e-6 * abs(usual / step).reshape(len(names), -1).max(axis=1, initial=0.0)
+        limit = DIFFERENCES.jump * abs(slope) + rough.reshape(step.shape)
+        notes += [
+            f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a wave changes its "
+            "peak"
+            for place, parameter in enumerate(names)
+            if np.any(abs(sides[place]) > limit[place])
+        ]
         data[str(name)] = table.isel(run=0, drop=True)
         units = {"units": f"{value.attrs.get('units', '1')} per unit of the parameter"}
         data[f"{name}_derivative"] = (("parameter", *table.dims[1:]), slope, units)
-    if not data:
-        raise ValueError("measure(runs): is empty; must hold at least one variable")
     return values.isel(run=0, drop=True).drop_vars(list(values.data_vars)).assign(data), notes

@@ -1,32 +1,31 @@
 """Uncertainty budgets: what the uncertainties of parameters do to AR and TOF (JCGM 100:2008 and 101:2008)."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, sqrt
 from textwrap import fill
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from coupling.inference.identification import LINE
+from coupling.inference.identification import LINE, Printed
 from coupling.inference.sensitivities import Build, as_measures, sensitivities, units_of, waves_at
 from coupling.inference.settings import DIFFERENCES
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
 from coupling.sweeps.batch import Measure, batch
+from coupling.sweeps.sweep import check_build
 from structures.caution import collected
-from structures.checks import finite, html_table, instance, short, whole
+from structures.checks import finite, whole
 from structures.quantities import standard_uncertainty
 from structures.structure import Vector
 from structures.units import readable
 
 
 @dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Printed):
     """The uncertainty budget of AR, TOF or another measure; returned by `uncertainty`.
 
     Parameters
@@ -54,26 +53,24 @@ class Uncertainty:
     units: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
-    def _shown(self, name: str, number: float, digits: int) -> str:
-        return readable(number, self.units.get(name, ""), digits)
-
     def _with_spread(self, name: str) -> str:
         if not isfinite(self.value[name]):
             return "no value"
-        return f"{self._shown(name, self.value[name], 4)} ± {self._shown(name, self.standard[name], 2)}"
+        unit = self.units.get(name, "")
+        return f"{readable(self.value[name], unit, 4)} ± {readable(self.standard[name], unit, 2)}"
 
-    def _largest_first(self, name: str) -> list[str]:
-        """Return the parameters by their share in the variance of a measure; none of a measure without a value."""
-        return sorted(self.inputs, key=lambda part: -self.shares[part][name]) if isfinite(self.value[name]) else []
+    def _parts(self, name: str) -> list[tuple[str, str]]:
+        """Return the parameters and their shares in the variance of a measure, the largest first."""
+        parts = sorted(self.inputs, key=lambda part: -self.shares[part][name]) if isfinite(self.value[name]) else []
+        return [(part, f"{100.0 * self.shares[part][name]:3.0f} %") for part in parts]
 
     def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
         """Return a run of the same simulation with this budget for a sensor, which reports then show."""
-        instance("run", run, xr.Dataset, "a run")
         rows = [
             (
                 f"bead {sensor}, {name.replace('_', ' ')}",
                 self._with_spread(name),
-                ", ".join(f"{part} {100.0 * self.shares[part][name]:.0f} %" for part in self._largest_first(name)),
+                ", ".join(f"{part} {share.strip()}" for part, share in self._parts(name)),
             )
             for name in self.value
         ]
@@ -84,21 +81,18 @@ class Uncertainty:
         lines = []
         for name in self.value:
             both = self.sampled.get(name)
-            sampled = f"  (sampled: ± {self._shown(name, both[1], 2)})" if both else ""
+            sampled = f"  (sampled: ± {readable(both[1], self.units.get(name, ''), 2)})" if both else ""
             lines.append(f"{name} = {self._with_spread(name)}{sampled}")
-            for part in self._largest_first(name):
-                number, spread = (self._shown(part, x, n) for x, n in zip(self.inputs[part], (4, 2), strict=True))
-                lines.append(f"  {100.0 * self.shares[part][name]:3.0f} %  {part} = {number} ± {spread}")
+            for part, share in self._parts(name):
+                unit, (value, spread) = self.units.get(part, ""), self.inputs[part]
+                lines.append(f"  {share}  {part} = {readable(value, unit, 4)} ± {readable(spread, unit, 2)}")
         lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return html_table("Uncertainty", [(name, self._with_spread(name)) for name in self.value])
 
 
 def uncertainty(
     build: Build, until: float, sensor: int, measure: Measure | None = None, draws: int = 0, seed: int = 0,
-    **spreads: float | str,
+    **spreads: float | str | tuple[float, float],
 ) -> Uncertainty:  # fmt: skip
     """Return the standard uncertainty of AR and TOF that follows from those of parameters, and the share of each.
 
@@ -108,33 +102,23 @@ def uncertainty(
     ----------
     build : callable
         Takes the parameters by name, each with its value as default, and returns a CoSimulation; see `sensitivities`.
-    until : float
-        Length of the run, s.
+    until, measure
+        As in `sensitivities`; the measure returns one number for each run.
     sensor : int
         Number of the bead whose AR and TOF are asked for.
-    measure : callable, optional
-        Another measure, as for `sensitivities`; it returns one number for each run.
     draws : int
         Runs with parameters from normal distributions, which show whether the measure is linear; by default none.
     seed : int
         Of the draws.
-    **spreads : float or str
-        Standard uncertainty of each parameter: in SI units, with a unit as "0.01 mm", or as part of the value, "2 %".
+    **spreads : float, str or tuple
+        Standard uncertainty of each parameter: in SI units, with a unit as "0.01 mm", or as part of the value, "2 %";
+        or (value, standard uncertainty) of a parameter without a default, in SI units.
 
     Returns
     -------
     Uncertainty
-        Value, standard uncertainty and shares; ``print`` shows the budget.
-
-    Warns
-    -----
-    HertzlinkWarning
-        Where the measure is not linear over the uncertainties, by the draws or by two runs for each parameter.
-
-    Raises
-    ------
-    ValueError
-        For a parameter without a default value, an uncertainty that is none, and as `sensitivities`.
+        Value, standard uncertainty and shares; ``print`` shows the budget. It warns where the measure is not linear
+        over the uncertainties, by the draws or by two runs for each parameter.
 
     Examples
     --------
@@ -156,24 +140,18 @@ def uncertainty(
         raise ValueError("draws = 1: have no standard deviation; must be 2 or more, or 0 for none")
     if not spreads:
         raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
-    if not callable(build):
-        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
-    parameters, inputs = signature(build).parameters, dict[str, tuple[float, float]]()
+    check_build(build, spreads, names="parameters")
+    inputs = dict[str, tuple[float, float]]()
     for name, spread in spreads.items():
-        if name not in parameters:
-            raise ValueError(f"{name}: is no parameter of build, which takes {', '.join(parameters) or 'nothing'}")
-        if parameters[name].default is Parameter.empty:
+        if isinstance(spread, tuple):
+            inputs[name] = spread
+            continue
+        default = signature(build).parameters[name].default
+        if default is Parameter.empty:
             raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
-        value = finite(name, parameters[name].default)
-        inputs[name] = value, standard_uncertainty(name, spread, value)
-    return propagated(build, until, sensor, inputs, measure, draws, seed)
+        centre = finite(name, default)
+        inputs[name] = centre, standard_uncertainty(name, spread, centre)
 
-
-def propagated(
-    build: Build, until: float, sensor: int, inputs: Mapping[str, tuple[float, float]], measure: Measure | None = None,
-    draws: int = 0, seed: int = 0,
-) -> Uncertainty:  # fmt: skip
-    """Return the budget of `uncertainty` for values and standard uncertainties in SI units."""
     of_sensor, values = waves_at([sensor]), {name: value for name, (value, _) in inputs.items()}
     read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
     run = sensitivities(build, until, [sensor], measure=read, **values)
@@ -198,63 +176,33 @@ def propagated(
         reasons = (f"there is no {wave.which} wave: {wave.reason}" for wave in waves if isinstance(wave, NoWave))
         said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
 
-    def measured(columns: dict[str, Any]) -> xr.Dataset:
-        return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(read(runs), runs), **columns)
-
-    def is_bent(name: str, parameter: str, change: float) -> str:
-        """Return what to say where a change between the ends is far from what the derivative predicts, else nothing."""
-        predicted = standard[name] * sqrt(shares[parameter][name])
-        number, spread = (budget._shown(parameter, size, 4) for size in inputs[parameter])
-        if not isfinite(change):
-            moved = f"where {parameter} = {number} moves by its uncertainty {spread}"
-            return f"{name}: has no value {moved}; is that so large?"
-        if abs(change - predicted) <= DIFFERENCES.bent * max(standard[name], DIFFERENCES.rounding * abs(value[name])):
-            return ""
-        return (
-            f"{name}: where {parameter} moves by its uncertainty, it moves by {budget._shown(name, change, 2)}, and by "
-            f"its derivative {budget._shown(name, predicted, 2)}; in Python hl.uncertainty(..., draws=200) needs no "
-            "derivative"
-        )
-
-    usable = [name for name in names if name not in lacking]
+    # Draws of all parameters; or two runs for each of them, a standard uncertainty below and above its value.
+    size, (centres, deviations) = len(inputs), np.array([*inputs.values()]).T
+    ends = np.stack([-np.eye(size), np.eye(size)], axis=1).reshape(-1, size)
+    moves = np.random.default_rng(seed).standard_normal((size, draws)).T if draws else ends
+    columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
+    with collected() as heard:
+        tables = batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(read(runs), runs), **columns)
     if draws:
-        random = np.random.default_rng(seed)
-        columns = {name: (x + spread * random.standard_normal(draws)).tolist() for name, (x, spread) in inputs.items()}
-        with collected() as heard:
-            tables = measured(columns)
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
         budget.samples.update({name: tables[name].values for name in names})
-        for name in usable:
-            drawn = budget.samples[name][np.isfinite(budget.samples[name])]
-            if drawn.size < draws:
-                said.append(f"{name}: {draws - drawn.size} of {draws} sampled runs failed, or have no such wave")
-            if drawn.size > 1:
-                budget.sampled[name] = float(drawn.mean()), float(drawn.std(ddof=1))
-                said += _curved(name, standard[name], budget.sampled[name][1], drawn.size)
-    else:
-        # Two runs for each parameter: a standard uncertainty below and above its value.
-        columns = {name: [x] * (2 * len(inputs)) for name, (x, _) in inputs.items()}
-        for place, (name, (x, spread)) in enumerate(inputs.items()):
-            columns[name][2 * place : 2 * place + 2] = x - spread, x + spread
-        with collected():  # such runs are not those of the user, who learns what they show
-            ends = measured(columns)
-        for name in usable:
-            below, above = ends[name].values.reshape(-1, 2).T
-            changes = zip(inputs, 0.5 * abs(above - below), strict=True)
-            said += [line for parameter, change in changes if (line := is_bent(name, parameter, float(change)))]
+    for name in (name for name in names if name not in lacking):
+        drawn = tables[name].values
+        there = drawn[np.isfinite(drawn)]
+        if there.size < drawn.size:
+            runs = "sampled runs" if draws else "runs at the ends of the uncertainties"
+            said.append(f"{name}: {drawn.size - there.size} of {drawn.size} {runs} failed, or have no such wave")
+        if draws and there.size > 1:
+            budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
+        moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
+        least = DIFFERENCES.rounding * abs(value[name])
+        limit = DIFFERENCES.curved + 2.0 / sqrt(2.0 * draws) if draws else DIFFERENCES.bent
+        if abs(moved - standard[name]) > limit * max(standard[name], least):
+            said.append(
+                f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
+                f"uncertainty {readable(moved, units[name], 2)}, and the derivatives "
+                f"{readable(standard[name], units[name], 2)}"
+            )
     warn(said)
     notes += said
     return budget
-
-
-def _curved(name: str, standard: float, sampled: float, draws: int) -> list[str]:
-    """Return what the user must know where a measure is not linear over the uncertainties, else nothing."""
-    away = abs(sampled / standard - 1.0) if standard > 0.0 else float(sampled > 0.0)
-    if away < DIFFERENCES.curved + 2.0 / sqrt(2.0 * draws):
-        return []
-    if standard == 0.0:
-        return [f"{name}: moves in steps, so that its derivative is zero although {draws} sampled runs differ"]
-    return [
-        f"{name}: is not linear over these uncertainties; {draws} sampled runs give {sampled / standard:.2f} times the "
-        "standard uncertainty of the law of propagation"
-    ]

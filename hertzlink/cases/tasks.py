@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.inference.numerical_error import numerical_error
-from coupling.inference.uncertainty import Uncertainty, propagated
+from coupling.inference.uncertainty import Uncertainty, uncertainty
 from coupling.plots.canvas import in_words
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of
@@ -234,10 +234,10 @@ class Budget:
 
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""
-        case = self.build.case
+        case, spreads = self.build.case, dict[str, Any](self.inputs)
         with case.located(), collected() as said:
             try:
-                budget = propagated(self.build, case.until, sensor, self.inputs)
+                budget = uncertainty(self.build, case.until, sensor, **spreads)
             except ValueError as error:
                 key, _, reason = str(error).partition(": ")
                 raise Fault((SENSITIVITIES, key), reason) if key in self.inputs else error from error

@@ -211,7 +211,7 @@ def test_all_kinds_of_meshes_can_be_made_finer(kind: str) -> None:
         ((lambda: 3, UNTIL, SENSOR), r"build\(...\) = 3: must be a CoSimulation"),
         ((lambda: on(ROD), -1.0, SENSOR), "until = -1.0"),
         ((lambda: on(ROD), UNTIL, 0), "sensor = 0"),
-        ((lambda: on(ROD), UNTIL, 99), "sensor = 99: must be a bead from 1 to 12"),
+        ((lambda: on(ROD), UNTIL, 99), "must be beads from 1 to 12"),
         ((lambda length: on(ROD), UNTIL, SENSOR), "length"),
         ((lambda: hl.CoSimulation([CHAIN, CHAIN], [ROD, None]), UNTIL, SENSOR), "one chain"),
     ],

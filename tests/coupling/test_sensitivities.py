@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.interpolate import CubicSpline
 
 import hertzlink as hl
@@ -66,39 +65,6 @@ def test_a_measure_of_the_users_own_and_its_units():
     assert list(unnamed.value) == ["measure"]
 
 
-def loaded(preload=5.0, radius=4.76e-3):
-    bead = hl.Sphere(radius, hl.STEEL_440C)
-    chain = hl.Chain([bead] * 10, bead, SPEED, preload=preload)
-    return hl.CoSimulation(chain, hl.half_space(hl.PTFE), hl.Condensed(tolerance=1e-13), 4e-7, 4e-8)
-
-
-def speeds(runs):
-    """Return the speed between two beads' centres, the energy for each newton, and AR."""
-    centre, peak = runs.centre, runs.contact_force.max(("time", "contact"))
-    return xr.Dataset(
-        {
-            "speed": (centre.isel(bead=1) - centre.isel(bead=0)) / hl.time_of_flight(runs, 6),
-            "energy": runs.impact_energy / peak,
-            "ar": hl.amplitude_ratio(runs, 6),
-        }
-    )
-
-
-def test_what_a_measure_takes_from_coordinates_changes_too():
-    """AR is above the static force; distances and energies change with the beads."""
-    values = {"preload": 5.0, "radius": 4.76e-3}
-    change = hl.sensitivities(loaded, 5e-4, [6, 7], measure=speeds, **values)
-    for name, value in values.items():
-        step, ends = 1e-5 * value, []
-        for sign in (1.0, -1.0):
-            run = loaded(**values | {name: value + sign * step}).run(5e-4, sensors=[6, 7])
-            ends.append(speeds(run.expand_dims("run")).isel(run=0))
-        for measure in ("speed", "energy", "ar"):
-            slope = float(ends[0][measure] - ends[1][measure]) / (2.0 * step)
-            carried = float(change[f"{measure}_derivative"].sel(parameter=name))
-            assert carried == pytest.approx(slope, rel=1e-3, abs=1e-12)
-
-
 KINKS = {
     "a kink": lambda modulus: build(modulus + 0.5 * abs(modulus - MODULUS)),
     "an even kink": lambda modulus: build(MODULUS + abs(modulus - MODULUS)),
@@ -119,17 +85,6 @@ def test_a_parameter_without_effect_is_named():
         hl.sensitivities(lambda unused, modulus: build(modulus), 3e-4, [6], unused=1.0, modulus=MODULUS)
 
 
-def test_errors_of_runs_near_the_value_say_so():
-    def near_the_limit(ratio):
-        wall = hl.half_space(hl.Material(MODULUS, ratio, 2000.0))
-        return hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, SPEED), wall)
-
-    with pytest.raises(
-        ValueError, match=r"ratio: build fails at 0\.5 [+]0\.0001 %, which a derivative by differences needs"
-    ):
-        hl.sensitivities(near_the_limit, 3e-4, [6], ratio=0.4999999)
-
-
 def clamped_at_left(y=0.1, depth=3e-3):
     """Return a chain at half the width, on the line of symmetry of the plate of docs/sensitivities.md."""
     plate = hl.kirchhoff_plate(0.2, 0.2, depth, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(28, 28))
@@ -144,15 +99,6 @@ def test_a_derivative_that_vanishes_by_symmetry_is_no_doubt():
     assert abs(change.contact_force_derivative * 0.1).max() < 1e-5 * change.contact_force.max()
 
 
-def with_more_beads(speed):
-    return hl.CoSimulation(hl.Chain([BEAD] * (12 if speed > SPEED else 11), BEAD, speed), hl.half_space(hl.PTFE))
-
-
-def test_a_run_that_changes_its_number_of_beads_is_refused():
-    with pytest.raises(ValueError, match="has another number of beads than"):
-        hl.sensitivities(with_more_beads, 4e-4, [5], speed=SPEED)
-
-
 WRONG = [
     ({}, "parameters: name at least one argument of build"),
     ({"thickness": 1.0}, "takes modulus, impact_speed, but the parameters are thickness"),
@@ -162,11 +108,8 @@ WRONG = [
     ({"modulus": MODULUS, "until": -1.0}, "until = -1.0"),
     ({"modulus": MODULUS, "sensors": [40]}, r"sensors = \[40\]: must be beads from 1 to 12"),
     ({"modulus": MODULUS, "sensors": [True]}, "sensors = True: must be a whole number, 1 or more"),
-    ({"modulus": MODULUS, "sensors": None}, "sensors = None"),
     ({"modulus": MODULUS, "measure": 3}, "measure"),
-    ({"modulus": MODULUS, "measure": lambda runs: runs}, "contact_force is a name that every run uses"),
-    ({"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max(("time", "contact")) > 1.0}, "holds bool"),
-    ({"modulus": MODULUS, "measure": lambda runs: xr.Dataset()}, "is empty"),
+    ({"modulus": MODULUS, "measure": lambda runs: runs}, "a name that a run does not use"),
     (
         {"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()},
         r"measure\(runs\): measure has the dimensions",
@@ -178,10 +121,6 @@ WRONG = [
 def test_wrong_arguments_are_named(arguments, message):
     with pytest.raises(ValueError, match=message):
         hl.sensitivities(build, **({"until": 2e-4, "sensors": [6]} | arguments))
-
-
-def adaptive(speed):
-    return build(impact_speed=speed).replace(window=hl.Adaptive(1e-4))
 
 
 class Wall:
@@ -196,18 +135,23 @@ class Wall:
         return state, 0.0
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (adaptive, "has adaptive windows"),
-        (lambda speed: build(impact_speed=speed).replace(structure=Wall(), scheme=hl.Aitken()), "has no derivatives"),
-        (lambda speed: build, "must be a CoSimulation"),
-        (
-            lambda speed: build() if speed == SPEED else 1 / 0,
-            r"speed: build fails at 0\.3 [+]0\.0001 %.*: division by zero",
-        ),
-    ],
-)
+def with_more_beads(speed):
+    return hl.CoSimulation(hl.Chain([BEAD] * (12 if speed > SPEED else 11), BEAD, speed), hl.half_space(hl.PTFE))
+
+
+NONE = [
+    (lambda speed: build(impact_speed=speed).replace(window=hl.Adaptive(1e-4)), "has no derivatives; it needs one"),
+    (lambda speed: build(impact_speed=speed).replace(structure=Wall(), scheme=hl.Aitken()), "has no derivatives"),
+    (lambda speed: build, "must be a CoSimulation"),
+    (with_more_beads, "speed: build fails at .*has another number of beads than"),
+    (
+        lambda speed: build() if speed == SPEED else 1 / 0,
+        r"speed: build fails at 0\.3 ± 0\.0001 %, which a derivative by differences needs: .*division by zero",
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), NONE)
 def test_runs_without_derivatives_are_named(make, message):
     with pytest.raises(ValueError, match=message):
         hl.sensitivities(make, 2e-4, [6], speed=SPEED)
@@ -269,25 +213,9 @@ def test_a_budget_says_once_what_the_user_must_know(draws):
     assert len(said) == len(budget.warnings)
 
 
-def test_a_measure_that_moves_in_steps_is_named():
-    def latest(runs):
-        return runs.contact_force.isel(contact=0).argmax("time").rename("latest")
-
-    with pytest.warns(HertzlinkWarning, match="latest: moves in steps"):
-        hl.uncertainty(build, 3e-4, 6, measure=latest, draws=20, impact_speed="20 %")
-
-
-def test_a_measure_that_is_not_linear_is_named():
-    def squared(runs):
-        return ((runs.contact_force.max(("time", "contact")) / 40.0) ** 8).rename("steep")
-
-    with pytest.warns(HertzlinkWarning, match="steep: is not linear over these uncertainties"):
-        hl.uncertainty(build, 3e-4, 6, measure=squared, draws=200, impact_speed="20 %")
-
-
 SPREADS = [
     ({}, "spreads: name the uncertainty of at least one parameter"),
-    ({"thickness": "1 %"}, "thickness: is no parameter of build, which takes modulus, impact_speed"),
+    ({"thickness": "1 %"}, "takes modulus, impact_speed, but the parameters are thickness"),
     ({"modulus": "-1 %"}, "modulus = '-1 %': must be a standard uncertainty"),
     ({"modulus": "much"}, "modulus = 'much': must be a standard uncertainty"),
     ({"modulus": 0.0}, "modulus = 0.0"),
@@ -306,6 +234,25 @@ SPREADS = [
 def test_wrong_uncertainties_are_named(arguments, message):
     with pytest.raises(ValueError, match=message):
         hl.uncertainty(build, 2e-4, **({"sensor": 6} | arguments))
+
+
+NOT_LINEAR = [
+    (3e-4, "20 %", 20, lambda runs: runs.contact_force.isel(contact=0).argmax("time").rename("latest")),
+    (3e-4, "20 %", 200, lambda runs: ((runs.contact_force.max(("time", "contact")) / 40.0) ** 8).rename("steep")),
+    (7e-4, "2 %", 0, lambda runs: runs.contact_force.isel(contact=0, drop=True).idxmax("time").rename("peak")),
+]
+
+
+@pytest.mark.parametrize(("until", "spread", "draws", "measure"), NOT_LINEAR)
+def test_a_measure_that_is_not_linear_is_named(until, spread, draws, measure):
+    """A measure in steps has the derivative zero."""
+    with pytest.warns(HertzlinkWarning, match="is not linear over these uncertainties, or moves in steps; runs over"):
+        hl.uncertainty(build, until, 6, measure=measure, draws=draws, impact_speed=spread)
+
+
+def test_an_uncertainty_beyond_what_can_be_run_is_named():
+    with pytest.warns(HertzlinkWarning, match="amplitude_ratio: 1 of 2 runs at the ends of the uncertainties failed"):
+        hl.uncertainty(build, 7e-4, 6, modulus="200 %")
 
 
 @pytest.mark.thorough
@@ -343,15 +290,3 @@ def test_a_budget_without_a_wave_says_why(make, until, reason):
         budget = hl.uncertainty(make, until, 6, impact_speed="2 %")
     assert str(budget).startswith("amplitude_ratio = no value\ntime_of_flight = no value\nnote: ")
     assert "nan" not in str(budget)
-
-
-def test_a_budget_names_what_its_derivatives_do_not_see():
-    """A measure in steps has the derivative zero; a record may be too short; an uncertainty may exceed its value."""
-
-    def peak_time(runs):
-        return runs.contact_force.isel(contact=0, drop=True).idxmax("time").rename("peak")
-
-    with pytest.warns(HertzlinkWarning, match="peak: where impact_speed moves by its uncertainty, it moves by"):
-        hl.uncertainty(build, 7e-4, 6, measure=peak_time, impact_speed="2 %")
-    with pytest.warns(HertzlinkWarning, match="has no value where modulus = 3e.09 moves by its uncertainty 6e.09"):
-        hl.uncertainty(build, 7e-4, 6, modulus="200 %")
