@@ -88,7 +88,7 @@ def test_identify_finds_a_plate_that_python_builds() -> None:
     """The wave's way from the edge and the plate's impedance determine distance and thickness."""
     signal, ranges = on_plate(2e-3, 0.03).run(4e-4), {"thickness": (1.5e-3, 3e-3), "away": (0.02, 0.06)}
     with pytest.warns(hl.HertzlinkWarning, match="yield: contact"):
-        found = hl.identify(signal, on_plate, sensors=[5], until=4e-4, nuisances=[], scan=16, starts=1, **ranges)
+        found = hl.identify(signal, on_plate, sensors=[5], until=4e-4, nuisances=[], starts=1, **ranges)
     assert sum(warning.startswith("yield: ") for warning in found.warnings) == 1
     assert found["thickness"].value == pytest.approx(2e-3, rel=5e-3)
     assert found["away"].value == pytest.approx(0.03, rel=5e-3)
@@ -121,7 +121,7 @@ def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> No
     data = xr.Dataset({"measured": trace, "fitted": trace}, {"sensor": [7], "time": [0.0, 1e-6]})
     unknown = Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
     unknowns = {PLACE: unknown, "chain.impact_speed": replace(unknown, name="chain.impact_speed")}
-    found = Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
+    found = Identification(unknowns, xr.DataArray(), data, 1.0, True, [], 1, [note])
     text = answer_of(question, found).text
     assert YIELDING in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80

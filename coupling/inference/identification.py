@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -11,7 +12,7 @@ import xarray as xr
 
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import provenance
-from structures.checks import html_table, short
+from structures.checks import short
 
 IDENTIFIED, BLIND, AT_END, NUISANCE = "identified", "blind", "at the end of its range", "nuisance"
 
@@ -25,33 +26,31 @@ LINE = 80
 """Characters of a line."""
 
 
+class Printed:
+    """A result that a notebook shows as `print` does."""
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
+
+
 @dataclass(frozen=True)
 class Unknown:
-    """One unknown after an identification.
+    """One unknown after an identification: an argument of the builder, or a nuisance of the sensors.
 
     Parameters
     ----------
-    name : str
-        The argument of the builder, or the nuisance.
-    value : float
-        The best value, in the unit of the argument.
-    interval : tuple of float
-        95 % interval.
+    name, value, interval
+        The best value and the ends of its 95 % interval, in the unit of the argument.
     verdict : str
         "identified", "blind", "at the end of its range", "nuisance" or "not trusted: the model does not fit".
-    range : tuple of float, optional
-        The range that was searched.
-    unit : str
-        The unit in which tables and figures show it.
-    unit_size : float
-        One of these in the unit of the argument.
+    unit, unit_size
+        The unit in which tables and figures show it, and one of these in the unit of the argument.
     """
 
     name: str
     value: float
     interval: tuple[float, float]
     verdict: str
-    range: tuple[float, float] | None = None
     unit: str = ""
     unit_size: float = 1.0
 
@@ -85,7 +84,7 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Identification:
+class Identification(Printed):
     """What `identify` found; print it for a table.
 
     Parameters
@@ -97,22 +96,17 @@ class Identification:
     data : Dataset
         Over time (s) and sensor: `measured`, `fitted` and `residual`, N, NaN where samples do not count; `baseline`, N:
         hum and drift in `fitted`, where the lead shows some; `noise`, N, over sensor.
-    misfit : float
-        Residual over noise, root mean square: 1 if the model explains the signal.
-    explained : bool
-        Whether the residual is noise. If not, no value can be trusted, and the model should be mended first.
+    misfit, explained
+        Residual over noise, root mean square: 1 if the model explains the signal; and whether it does. If not, no value
+        can be trusted, and the model should be mended first.
     modes : list of dict
         Values of the unknowns at all fits that the noise does not exclude, the best first.
-    converged : bool
-        Whether least squares ended at a minimum, not at their limit of runs.
     runs : int
         The number of runs.
-    warnings : list of str
-        What the user must know.
+    warnings, remarks : list of str
+        What the user must know, and how accurate the model of a plate is.
     input : dict
         What was asked for.
-    remarks : list of str
-        How accurate the model of a plate is.
     """
 
     unknowns: dict[str, Unknown]
@@ -121,7 +115,6 @@ class Identification:
     misfit: float
     explained: bool
     modes: list[dict[str, float]]
-    converged: bool
     runs: int
     warnings: list[str] = field(default_factory=list)
     input: dict[str, Any] = field(default_factory=dict)
@@ -154,11 +147,6 @@ class Identification:
     def __repr__(self) -> str:
         rows = [unknown.row() for unknown in self.unknowns.values()]
         return f"Identification({'; '.join(f'{row[0]} = {row[1]} ({row[3]})' for row in rows)})"
-
-    def _repr_html_(self) -> str:
-        rows = [unknown.row() for unknown in self.unknowns.values()]
-        cells = [(row[0], "; ".join(row[1:])) for row in rows]
-        return html_table("Identification", [*cells, ("residual over noise", f"{self.misfit:.3g}")])
 
     def to_dataset(self) -> xr.Dataset:
         """Return everything as a Dataset: values, intervals, correlation, traces and residual.

@@ -1,7 +1,7 @@
 """Unknowns of a structure from measured signals: a global search, least squares, intervals and verdicts."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,14 @@ from coupling.inference.intervals import judged
 from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.inference.plates import FREQUENCY, on_modes
-from coupling.inference.prediction import Prediction, Range, range_of, usual_length
+from coupling.inference.prediction import Prediction, range_of, usual_length
 from coupling.inference.search import Search
 from coupling.inference.settings import SETTINGS
 from coupling.sweeps.points import progress
 from coupling.sweeps.sweep import check_build
 from structures.checks import finite, not_negative, positive, short, whole
 from structures.linear_algebra.one_thread import one_thread
-from structures.structure import Vector
-from structures.units import factor, readable
+from structures.units import readable
 
 
 @one_thread
@@ -33,7 +32,6 @@ def identify(
     until: float | None = None,
     noise: float | Mapping[int, float] | None = None,
     starts: int = 3,
-    scan: int | None = None,
     seed: int = 0,
     guess: Mapping[str, float] | None = None,
     discrepancy: float = 0.0,
@@ -57,8 +55,6 @@ def identify(
         Standard deviation of a sample, N, or sensor → value; by default `noise` of the signal, or an estimate.
     starts : int
         Number of points of the scan from which least squares start.
-    scan : int, optional
-        Number of runs of the scan over all ranges; by default 32 for one or two unknowns, 64 for three, else 128.
     seed : int
         Of the scan's points.
     guess : mapping, optional
@@ -108,21 +104,39 @@ def identify(
     record = float(measured.time[-1] - measured.time[0])
     length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
     check_build(build, dict(ranges), "build", "unknowns")
-    discrepancy, start = not_negative("discrepancy", discrepancy), None if guess is None else _guess(guess, wanted)
+    start = None
+    if guess is not None:
+        if not isinstance(guess, Mapping) or sorted(guess) != sorted(ranges):
+            raise ValueError(f"guess = {short(guess)}: must give a value for each of {', '.join(ranges)}")
+        for name, low, high in wanted:
+            if not low <= finite(f"guess[{name!r}]", guess[name]) <= high:
+                raise ValueError(f"guess[{name!r}] = {guess[name]!r}: must be from {low:g} to {high:g}")
+        start = np.array([unknown.place(guess[unknown.name]) for unknown in wanted])
     modes = on_modes(build, {unknown.name: (unknown.low, unknown.high) for unknown in wanted}, length)
     prediction = Prediction(modes or build, wanted, [sensor.bead for sensor in measured.sensors], length)
-    _check_record(prediction, measured.step, record)
+    contact, wave, longest = prediction.contact_time, prediction.first.chain.transit_time, min(record, length)
+    if (coarsest := contact / SETTINGS.samples_per_contact) < measured.step:
+        units = (("ms", "ms", 1e-3), ("us", "µs", 1e-6))
+        fits = [one for one in units if one[2] * measured.step <= coarsest and one[2] * record >= 0.5 * wave]
+        raise ValueError(
+            f"signal: has a sample every {readable(measured.step, 's', 4)}, too coarse for contacts of "
+            f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
+            + "".join(f", or are its times in {shown}? Then give time_unit = {unit!r}" for unit, shown, _ in fits[:1])
+        )
+    if longest < 0.5 * wave:
+        raise ValueError(
+            f"signal: {readable(longest, 's', 4)} are compared, but the wave needs about {readable(wave, 's', 4)} "
+            "through the chain; record longer, or give a longer until"
+        )
     misfit = Misfit(prediction, measured, names, length)
     lines = [k for k, unknown in enumerate(wanted) if unknown.name not in names] or list(range(len(wanted)))
-    count = None if scan is None else whole("scan", scan)
-    search = Search(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
+    search = Search(misfit, whole("starts", starts), whole("seed", seed, 0), start, lines)
     inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed}
     if "sensor_force" in signal:
-        inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
-            "conditioning": str(signal.attrs.get("conditioning", "")).splitlines()
-        }
+        conditioning = str(signal.attrs.get("conditioning", "")).splitlines()
+        inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {"conditioning": conditioning}
     with progress(0, "identify", "run") as prediction.progress:
-        found = judged(search, discrepancy, names, inputs)
+        found = judged(search, not_negative("discrepancy", discrepancy), names, inputs)
     if modes is not None:
         found.remarks.append(
             f"whole plate: modes up to {1e-3 * FREQUENCY:g} kHz or more, for all places and thicknesses"
@@ -139,36 +153,3 @@ def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[st
                 f"nuisances: {short(name)} is none; must be {', '.join(OF_SENSORS)}, or an unknown that has a range"
             )
     return names
-
-
-def _guess(guess: Any, ranges: Sequence[Range]) -> Vector:
-    """Return the places of a guess."""
-    names = [unknown.name for unknown in ranges]
-    if not isinstance(guess, Mapping) or sorted(guess) != sorted(names):
-        raise ValueError(f"guess = {short(guess)}: must give a value for each of {', '.join(names)}")
-    for unknown in ranges:
-        value = finite(f"guess[{unknown.name!r}]", guess[unknown.name])
-        if not unknown.low <= value <= unknown.high:
-            raise ValueError(f"guess[{unknown.name!r}] = {value!r}: must be from {unknown.low:g} to {unknown.high:g}")
-    return np.array([unknown.place(guess[unknown.name]) for unknown in ranges])
-
-
-def _check_record(prediction: Prediction, step: float, record: float) -> None:
-    """Refuse a record that is too coarse or too short, and name the unit of its times that would suit the chain."""
-    contact, wave = prediction.contact_time, prediction.first.chain.transit_time
-    coarsest = contact / SETTINGS.samples_per_contact
-    if step > coarsest:
-        sizes = {unit: float(factor(unit, "s")) for unit in ("ms", "us")}
-        fits = [u for u, size in sizes.items() if size * step <= coarsest and size * record >= 0.5 * wave]
-        shown = fits[0].replace("u", "µ") if fits else ""
-        raise ValueError(
-            f"signal: has a sample every {readable(step, 's', 4)}, too coarse for contacts of "
-            f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
-            + (f", or are its times in {shown}? Then give time_unit = {fits[0]!r}" if fits else "")
-        )
-    longest = min(record, prediction.until)
-    if longest < 0.5 * wave:
-        raise ValueError(
-            f"signal: {readable(longest, 's', 4)} are compared, but the wave needs about {readable(wave, 's', 4)} "
-            "through the chain; record longer, or give a longer until"
-        )

@@ -8,18 +8,18 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identification import BLIND, HALF, IDENTIFIED, NUISANCE, as_text
+from coupling.inference.identification import BLIND, HALF, IDENTIFIED, NUISANCE, Printed, as_text
 from coupling.inference.identify import nuisances_of
 from coupling.inference.measured import Measured, Sensor
-from coupling.inference.misfit import GAIN, TIME_ZERO, Misfit, inverse
-from coupling.inference.prediction import Curves, Prediction, Range, check_samples, usual_length
+from coupling.inference.misfit import GAIN, OFFSET, TIME_ZERO, Misfit, inverse
+from coupling.inference.prediction import Prediction, Range, usual_length
 from coupling.inference.settings import SETTINGS
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import warn
 from coupling.results.waves import ReflectedWave
 from coupling.signals.signals import as_signal
 from structures.caution import collected
-from structures.checks import finite, html_table, listed, one_of, positive, short, whole
+from structures.checks import finite, listed, one_of, positive, short, whole
 from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Likely
 from structures.structure import Vector
@@ -38,7 +38,7 @@ EARLY = 0.8
 
 
 @dataclass(frozen=True)
-class Information:
+class Information(Printed):
     """What a signal determines at best; returned by `identifiability`.
 
     Parameters
@@ -47,15 +47,12 @@ class Information:
         The unknowns.
     bounds : dict
         Least standard deviation of each unknown and nuisance, in its unit; those of gains are relative to 1.
-    correlation : DataArray
-        Correlations of the estimates.
     warnings : list of str
         What the user must know.
     """
 
     values: dict[str, float]
     bounds: dict[str, float]
-    correlation: xr.DataArray | None = field(default=None, repr=False)
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -78,10 +75,6 @@ class Information:
             else:
                 rows.append((name, "", f"± {SETTINGS.deviations * bound:.2g}", NUISANCE))
         return as_text(rows, [f"note: {warning}" for warning in self.warnings])
-
-    def _repr_html_(self) -> str:
-        rows = [(name, f"{value:.4g}, {self.verdict(name)}") for name, value in self.values.items()]
-        return html_table("Information", rows)
 
 
 @one_thread
@@ -139,37 +132,33 @@ def identifiability(
     """
     one_of("compare", compare, ("waveform", "features"))
     design = Design(build, values, sensors, until, nuisances, noise, sample_every)
-    beads, size, notes = design.prediction.sensors, len(values), list[str]()
-
-    def covariance(steps: Vector | float) -> tuple[Vector, int]:
-        changes = Sensitivities(design, steps)
-        columns = changes.part(beads) if compare == "waveform" else changes.of_features(beads)
-        usable = np.isfinite(columns).all(axis=1)
-        return inverse(columns[usable]), int((~usable).sum())
+    derivatives = design.waveform if compare == "waveform" else design.features
 
     # Steps that suit the errors, and a warning where half of them change an error that is not blind anyway.
-    first = np.sqrt(np.diag(covariance(STEP)[0]))[:size]
-    steps = np.clip(0.3 * first, 1e-5, 2e-2)
-    (full, missing), (halved, _) = covariance(steps), covariance(0.5 * steps)
-    errors, half = np.sqrt(np.diag(full)), np.sqrt(np.diag(halved))[:size]
-    parts = dict(zip(values, abs(half - errors[:size]) / errors[:size], strict=True))
-    unsure = [name for k, name in enumerate(values) if parts[name] > SURE and SETTINGS.deviations * errors[k] <= HALF]
+    first = np.array([*bounds_of(derivatives(STEP))[0].values()])[: len(values)]
+    steps = np.clip(SETTINGS.step_over_error * first, SETTINGS.shortest_step, SETTINGS.longest_step)
+    columns = derivatives(steps)
+    bounds, halved = bounds_of(columns)[0], bounds_of(derivatives(0.5 * steps))[0]
+    notes, away = list[str](), {name: abs(halved[name] / bounds[name] - 1.0) for name in values}
+    unsure = [name for name in values if away[name] > SURE and SETTINGS.deviations * bounds[name] <= HALF]
     if unsure:
-        largest = 100.0 * max(parts[name] for name in unsure)
+        largest = 100.0 * max(away[name] for name in unsure)
         notes.append(f"bounds of {', '.join(unsure)} are exact to {largest:.0f} % only")
-    names = design.misfit.names if compare == "waveform" else list(values)
-    if missing:
-        notes.append(f"{missing} of {2 * len(beads)} features have no wave to be measured of")
-    unit = dict.fromkeys(names, 1.0) | {name: abs(value) for name, value in design.values.items()}
-    unit[TIME_ZERO] = design.misfit.unit
-    bounds = {name: float(error) * unit[name] for name, error in zip(names, errors, strict=True)}
-    correlation = xr.DataArray(full / np.outer(errors, errors), {"unknown": names, "other": names})
-    warn(design.prediction.warnings)
-    return Information(design.values, bounds, correlation, [*design.prediction.warnings, *notes])
+    if missing := int(columns[..., 0].isnull().sum()):
+        notes.append(f"{missing} of {columns[..., 0].size} features have no wave to be measured of")
+    unit = {TIME_ZERO: design.misfit.unit} | {name: abs(value) for name, value in design.values.items()}
+    said = [*design.prediction.warnings.values()]
+    warn(said)
+    bounds = {name: bound * unit.get(name, 1.0) for name, bound in bounds.items()}
+    return Information(design.values, bounds, [*said, *notes])
 
 
 class Design:
-    """A noise-free signal at the values, and what it is compared by."""
+    """A noise-free signal at the values, what it is compared by, and its derivatives.
+
+    They are DataArrays with the dimension "parameter": unknowns, changed by parts of their values, and nuisances. What
+    else they have counts the numbers that are compared, each over its error.
+    """
 
     def __init__(
         self, build: Callable[..., CoSimulation], values: Mapping[str, float], sensors: Iterable[int],
@@ -180,26 +169,58 @@ class Design:
         self.values = {name: finite(name, value) for name, value in values.items()}
         if zero := [name for name, value in self.values.items() if value == 0.0]:
             raise ValueError(f"{zero[0]} = 0: bounds are relative to the value, which must not be zero")
-        self.noise, step = positive("noise", noise), positive("sample_every", sample_every, "s")
+        step, noise = positive("sample_every", sample_every, "s"), positive("noise", noise)
         Likely.NOISE.warn("identifiability", "noise", noise)
         Likely.SAMPLE.warn("identifiability", "sample_every", step)
         ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in self.values.items()]
         beads = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
         until = usual_length(build, ranges) if until is None else positive("until", until, "s")
-        check_samples("sample_every", step, until / step)
+        if until / step > SETTINGS.most_samples:
+            raise ValueError(
+                f"sample_every = {step!r} s: makes more than {SETTINGS.most_samples:.0e} samples of a trace"
+            )
         self.prediction, self.places = Prediction(build, ranges, beads, until), np.full(len(ranges), 0.5)
-        names, self.here = nuisances_of(nuisances, values), self.prediction.traces([self.places])[0]
-        if not np.isfinite(self.here).all():
-            at = ", ".join(f"{n} = {v:.4g}" for n, v in self.values.items())
-            raise ValueError(f"build: its run fails at {at}: {self.prediction.reason}")
-        time = np.arange(0.0, until, step)
+        self.nuisances, time = nuisances_of(nuisances, values), np.arange(0.0, until, step)
         rows = [
             Sensor(bead, np.interp(time, self.prediction.time, trace), noise * max(float(trace.max()), 1e-300))
-            for bead, trace in zip(beads, self.here, strict=True)
+            for bead, trace in zip(beads, self.prediction.trace(self.places), strict=True)
         ]
-        self.misfit = Misfit(self.prediction, Measured(time, rows), names, until)
+        offset = [name for name in self.nuisances if name == OFFSET]
+        self.misfit = Misfit(self.prediction, Measured(time, rows), offset, until)
 
-    def primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
+    def waveform(self, steps: Vector | float = STEP) -> xr.DataArray:
+        """Return the derivatives of all samples, sensor × time × parameter; of the unknowns over twice these steps."""
+        point, beads = self.misfit.at(self.places, np.broadcast_to(steps, self.places.shape)), self.prediction.sensors
+        gains = [f"{GAIN} {bead}" for bead in beads]
+        columns = np.hstack([point.columns, point.fit.slope[:, None], self.misfit.gain_columns(point.fit)])
+        axes = {
+            "sensor": beads, "time": self.misfit.measured.time, "parameter": [*self.values, TIME_ZERO, *gains],
+        }  # fmt: skip
+        data = xr.DataArray(columns.reshape(len(beads), -1, columns.shape[1]), axes, tuple(axes))
+        free = [*self.values, *[TIME_ZERO] * (TIME_ZERO in self.nuisances), *gains * (GAIN in self.nuisances)]
+        return data.sel(parameter=free)
+
+    def features(
+        self, steps: Vector | float = STEP, sensors: Sequence[int] | None = None, until: float = inf,
+        draws: int = DRAWS,
+    ) -> xr.DataArray:  # fmt: skip
+        """Return the derivatives of AR and TOF at sensors, feature × parameter, over their errors in noisy draws; NaN
+        where a wave is missing. until: the end of the record, s."""
+        beads, random = sensors or self.prediction.sensors, np.random.default_rng(SEED)
+        measured, rows = self.misfit.measured, [self.prediction.sensors.index(n) for n in beads]
+        time, early = measured.time[measured.time <= until], self.prediction.time <= until
+        clean = np.stack([measured.sensors[row].force[: time.size] for row in rows])
+        noise = np.array([measured.sensors[row].noise for row in rows])[:, None]
+        noisy = [self._primaries(time, clean + random.normal(size=clean.shape) * noise, beads) for _ in range(draws)]
+        spread = np.std(noisy, axis=0)
+        moved = np.eye(self.places.size) * steps
+        traces = self.prediction.traces([*(self.places + moved), *(self.places - moved)])
+        found = [self._primaries(self.prediction.time[early], trace[rows][:, early], beads) for trace in traces]
+        above, below = np.reshape(found, (2, self.places.size, -1))
+        changes = (above - below).T / (2.0 * np.diag(moved)) / np.where(spread > 0.0, spread, np.nan)[:, None]
+        return xr.DataArray(changes, {"parameter": [*self.values]}, ("feature", "parameter"))
+
+    def _primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
         """Return AR and TOF (s) of the primary wave, sensor by sensor; NaN where it is missing.
 
         What comes before a wave can have run to the structure and back is the tail of the incident one.
@@ -215,80 +236,16 @@ class Design:
         return np.array(features)
 
 
-class Sensitivities:
-    """The change of the signals of a design with the unknowns, from one batch of runs, of which any part can be taken.
+def bounds_of(derivatives: xr.DataArray, known: Iterable[str] = ()) -> tuple[dict[str, float], xr.DataArray]:
+    """Return the bound of each parameter but those that are known, and the correlations of the estimates.
 
-    Bounds that it gives are parts of the values. step: half the distance of runs for a derivative, as such a part.
+    A bound is infinite where there is less to compare than to find, or where nothing changes.
     """
-
-    def __init__(self, design: Design, step: Vector | float = STEP) -> None:
-        self.design, self.steps = design, np.broadcast_to(step, design.places.shape)
-        slopes = design.prediction.slopes(design.places, design.here, self.steps)
-        if not np.isfinite(slopes).all():
-            raise FloatingPointError("a run beside the values failed")
-        p = np.append(design.places, 0.0) if TIME_ZERO in design.misfit.free else design.places
-        point = design.misfit.point(p, design.here, slopes)
-        self.columns = point.columns.reshape(len(design.prediction.sensors), -1, len(design.misfit.names))
-
-    def part(self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None) -> Vector:
-        """Return the columns of the unknowns that are not known otherwise, and of the nuisances of these sensors."""
-        names, numbers = self.design.misfit.names, {str(n) for n in sensors}
-        free = self._free(unknowns)
-        used = [
-            k for k, name in enumerate(names)
-            if name in free or (name not in self.design.values and (" " not in name or name.split(" ")[1] in numbers))
-        ]  # fmt: skip
-        rows = [self.design.prediction.sensors.index(n) for n in sensors]
-        inside = self.design.misfit.measured.time <= until
-        return self.columns[rows][:, inside].reshape(-1, len(names))[:, used]
-
-    def waveform(
-        self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None
-    ) -> dict[str, float]:
-        """Return the bounds from all samples up to a time, s; `unknowns`: the others are known."""
-        return _bounds(self.part(sensors, until, unknowns), self._free(unknowns))
-
-    def of_features(self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS) -> Vector:
-        """Return the changes of AR and TOF with the unknowns over their errors, which come from noisy draws."""
-        design, random = self.design, np.random.default_rng(SEED)
-        rows = [design.prediction.sensors.index(n) for n in sensors]
-        time, moments = design.misfit.measured.time, design.prediction.time
-        grid, early = time[time <= until], moments <= until
-        clean = Curves(design.here[rows], design.prediction.interval).at(grid)
-        noise = np.array([design.misfit.measured.sensors[row].noise for row in rows])[:, None]
-        noisy = [design.primaries(grid, clean + random.normal(size=clean.shape) * noise, sensors) for _ in range(draws)]
-        spread = np.array(noisy).std(axis=0)
-        spread = np.where(spread > 0.0, spread, np.nan)
-
-        def moved(k: int, step: float) -> Vector:
-            unit = np.arange(design.places.size) == k
-            traces = design.prediction.trace(np.where(unit, design.places + step, design.places))
-            return design.primaries(moments[early], traces[rows][:, early], sensors)
-
-        # The runs of the derivatives of traces serve again.
-        changes = [(moved(k, step) - moved(k, -step)) / (2.0 * step) for k, step in enumerate(self.steps.tolist())]
-        return np.stack(changes, axis=1) / spread[:, None]
-
-    def features(
-        self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS
-    ) -> Callable[[Iterable[str] | None], dict[str, float]]:
-        """Return a function of the unknowns that gives their bounds from AR and TOF alone."""
-        columns, names = self.of_features(sensors, until, draws), list(self.design.values)
-        columns = columns[np.isfinite(columns).all(axis=1)]
-
-        def bounds(unknowns: Iterable[str] | None = None) -> dict[str, float]:
-            free = self._free(unknowns)
-            return _bounds(columns[:, [names.index(name) for name in free]], free)
-
-        return bounds
-
-    def _free(self, unknowns: Iterable[str] | None) -> list[str]:
-        return [name for name in self.design.values if unknowns is None or name in unknowns]
-
-
-def _bounds(columns: Vector, free: Sequence[str]) -> dict[str, float]:
-    """Return the bounds; infinite where there is less to compare than to find, or where a wave is missing."""
-    if columns.shape[0] < columns.shape[1]:
-        return dict.fromkeys(free, inf)
-    errors = np.sqrt(np.diag(inverse(columns)))
-    return {name: float(errors[k]) if columns[:, k].any() else inf for k, name in enumerate(free)}
+    columns = derivatives.drop_sel(parameter=list(known))
+    names, rows = columns.parameter.values.tolist(), columns.values.reshape(-1, columns.sizes["parameter"])
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    covariance = inverse(rows)
+    errors = np.sqrt(np.diag(covariance))
+    none = ~rows.any(axis=0) | (rows.shape[0] < rows.shape[1])
+    bounds = dict(zip(names, np.where(none, inf, errors).tolist(), strict=True))
+    return bounds, xr.DataArray(covariance / np.outer(errors, errors), {"unknown": names, "other": names})

@@ -1,7 +1,8 @@
-"""The misfit of predicted and measured traces, for any gain, offset and time zero of the sensors.
+"""The misfit of predicted and measured traces, whatever the gain, offset and time zero of the sensors are.
 
-Gains enter linearly, so the best ones follow from the others, and are projected out of the residual (variable
-projection, in Kaufman's approximation of the derivative). So is what a sensor reads as offset, hum and drift.
+These belong to the sensors, and follow from the traces of a run: gains, offset, hum and drift enter linearly, the time
+zero by a search in one dimension. So they are projected out of the residual (variable projection), and a search varies
+the unknowns of the builder alone.
 """
 
 from collections.abc import Sequence
@@ -12,10 +13,13 @@ import xarray as xr
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
+from scipy.interpolate import CubicSpline
+from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from coupling.inference.measured import Measured, Sensor
-from coupling.inference.prediction import NUMERICAL, Curves, Prediction
+from coupling.inference.prediction import NUMERICAL, Prediction
+from coupling.inference.settings import SETTINGS
 from structures.structure import Vector
 
 GAIN, OFFSET, TIME_ZERO = "gain", "offset", "time_zero"
@@ -27,26 +31,32 @@ FAILED = 1e6
 """The residual of a run that failed, so that a search turns back."""
 
 
-class Point(NamedTuple):
-    """The misfit at one point of a search.
+class Fit(NamedTuple):
+    """Traces against the signal. time_zero: s; residual: white, over the noise, sensor by sensor; slope: its derivative
+    by the time zero, in contact times; fitted: N, of each sensor, without its baseline; works: the run did not fail."""
 
-    p: places of the unknowns, and time zero in contact times, if it is free.
-    residual: white, over the noise, sensor by sensor; projected: its derivatives with gains and offsets projected out;
-    columns: the derivatives of what is predicted by all parameters, over the noise; fitted: N, of each sensor, without
-    its baseline.
-    """
-
-    p: Vector
+    time_zero: float
     residual: Vector
-    projected: Vector
-    columns: Vector
+    slope: Vector
     gains: Vector
     fitted: list[Vector]
+    works: bool = True
 
     @property
     def misfit(self) -> float:
         """χ²: the sum of squares."""
         return float(self.residual @ self.residual)
+
+
+class Point(NamedTuple):
+    """The fit at one point of a search. columns: derivatives of the residual by the unknowns, with the parameters of
+    the sensors fitted anew, and by each of these alone; carried: how all parameters, in rows, follow those of columns.
+    """
+
+    places: Vector
+    fit: Fit
+    columns: Vector
+    carried: Vector
 
 
 class Misfit:
@@ -55,7 +65,7 @@ class Misfit:
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Sequence[str], until: float) -> None:
         self.prediction, self.measured, self.until = prediction, measured, until
         self.free = [name for name in OF_SENSORS if name in nuisances]
-        self.size, self.unit = len(prediction.ranges), prediction.contact_time
+        self.unit = prediction.contact_time
         self.count(measured)
 
     def count(self, measured: Measured, time_zero: float | None = None) -> None:
@@ -93,7 +103,7 @@ class Misfit:
 
     @property
     def names(self) -> list[str]:
-        """The names of the parameters in the order of `Point.columns`."""
+        """The names of all parameters: unknowns, time zero, gains."""
         shared = [TIME_ZERO] if TIME_ZERO in self.free else []
         gains = [f"{GAIN} {sensor.bead}" for sensor in self.measured.sensors if GAIN in self.free]
         return [*(unknown.name for unknown in self.prediction.ranges), *shared, *gains]
@@ -103,126 +113,108 @@ class Misfit:
         """The number of them that count."""
         return int(sum(used.sum() for used in self.used))
 
-    @property
-    def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper bounds of p."""
-        low, high = [0.0] * self.size, [1.0] * self.size
-        if TIME_ZERO in self.free:
-            low.append((self.measured.time[0] - self.until) / self.unit)
-            high.append(float(self.measured.time[-1]) / self.unit)
-        return np.array(low), np.array(high)
+    def fit(self, traces: Vector, near: float | None = None) -> Fit:
+        """Return the fit of traces with the best time zero, or the best one near a time, s."""
+        if not np.isfinite(traces).all():
+            return Fit(0.0, np.full(self.samples, FAILED), np.zeros(0), np.ones(len(self.used)), [], works=False)
+        interval = self.prediction.interval
+        curve = CubicSpline(interval * np.arange(traces.shape[-1]), traces, axis=-1)
+        if TIME_ZERO not in self.free:
+            return self._fit_at(curve, 0.0)
+        best = self._fit_at(curve, self._correlated(curve) if near is None else near)
+        for _ in range(SETTINGS.most_shifts):
+            step = -float(best.slope @ best.residual) / max(float(best.slope @ best.slope), 1e-300)
+            if abs(step) < SETTINGS.precise_shift:
+                break
+            other = self._fit_at(curve, best.time_zero + self.unit * min(max(step, -0.2), 0.2))
+            if other.misfit >= best.misfit:
+                break
+            best = other
+        return best
 
-    def time_zero(self, p: Vector) -> float:
-        """Return s, in the signal's own time."""
-        return float(p[self.size]) * self.unit if TIME_ZERO in self.free else 0.0
-
-    def start(self, places: Vector, traces: Vector) -> tuple[float, Vector]:
-        """Return χ² and p with the time zero that suits these traces best."""
-        curves = Curves(traces, self.prediction.interval)
-        p = np.append(places, self._time_zero(curves) / self.unit) if TIME_ZERO in self.free else places
-        residual = self._residual(p, curves)
-        return float(residual @ residual), p
-
-    def _time_zero(self, curves: Curves) -> float:
-        """Return the time zero by cross-correlation, s, to a part of a sample."""
+    def _correlated(self, curve: CubicSpline) -> float:
+        """Return the time zero by cross-correlation, s, to a sample."""
         step, grid = self.measured.step, np.arange(0.0, self.until, self.measured.step)
         count, total = self.measured.time.size + grid.size - 1, np.zeros(1)
         length = next_fast_len(count, real=True)
-        for sensor, shape in zip(self.measured.sensors, curves.at(grid), strict=True):
+        for sensor, shape in zip(self.measured.sensors, curve(np.minimum(grid, curve.x[-1])), strict=True):
             force = np.where(np.isfinite(sensor.force), sensor.force, 0.0)
             along = irfft(rfft(force, length) * rfft(shape[::-1], length), length)[:count]
             square = float(shape @ shape)
             if square > 0.0:
                 # A sensor whose wires are turned has a negative gain.
                 total = total + (along**2 / square if GAIN in self.free else 2.0 * along - square) / sensor.noise**2
-        best, shift = int(np.argmax(total)), 0.0
-        if 0 < best < total.size - 1:
-            left, here, right = total[best - 1 : best + 2]
-            shift = 0.5 * (left - right) / (left - 2.0 * here + right) if left + right < 2.0 * here else 0.0
-        return float(self.measured.time[0] + step * (best - (grid.size - 1) + shift))
+        return float(self.measured.time[0] + step * (int(np.argmax(total)) - (grid.size - 1)))
 
-    def _gained(self, row: int, shape: Vector) -> tuple[Vector, Vector, float]:
-        """Return the residual of a sensor, the direction in which a gain changes it, and the gain.
-
-        shape: the predicted force at the samples that count, N.
-        """
-        force, white = self._forces[row], self._clean(row, shape)
-        size = float(np.linalg.norm(white))
-        if GAIN not in self.free or size == 0.0:
-            return force - white, np.zeros_like(white), 1.0
-        direction = white / size
-        along = float(force @ direction)
-        return force - along * direction, direction, along / size
-
-    def of_traces(self, p: Vector, traces: Vector) -> float:
-        """Return χ² of traces at p; infinite for a run that failed."""
-        if not np.isfinite(traces).all():
-            return np.inf
-        residual = self._residual(p, Curves(traces, self.prediction.interval))
-        return float(residual @ residual)
-
-    def residual(self, p: Vector) -> Vector:
-        """Return the residual at p, from one run."""
-        traces = self.prediction.trace(p[: self.size])
-        if not np.isfinite(traces).all():
-            return np.full(self.samples, FAILED)
-        return self._residual(p, Curves(traces, self.prediction.interval))
-
-    def _residual(self, p: Vector, curves: Curves) -> Vector:
-        shapes = curves.at(self.measured.time - self.time_zero(p))
-        return np.concatenate([self._gained(row, shape[self.used[row]])[0] for row, shape in enumerate(shapes)])
-
-    def at(self, p: Vector, steps: Vector, central: bool = True) -> Point:
-        """Return all of the misfit at p; steps: of the places, for the derivatives."""
-        traces = self.prediction.trace(p[: self.size])
-        slopes = self.prediction.slopes(p[: self.size], traces, steps, central)
-        if not (np.isfinite(traces).all() and np.isfinite(slopes).all()):
-            raise FloatingPointError("a run beside the solution failed")
-        return self.point(p, traces, slopes)
-
-    def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
-        """Return all of the misfit from runs that are known. slopes: of the traces with the places."""
-        interval, moments = self.prediction.interval, self.measured.time - self.time_zero(p)
-        curves = Curves(traces, interval)
-        shapes, changes = curves.at(moments), [Curves(slopes, interval).at(moments)]
-        if TIME_ZERO in self.free:
-            changes.append(-self.unit * curves.rates(moments)[None])
-        bent, residuals, projected, full = np.concatenate(changes), list[Vector](), list[Vector](), list[Vector]()
-        gains, fitted, free = list[float](), list[Vector](), int(GAIN in self.free)
+    def _fit_at(self, curve: CubicSpline, time_zero: float) -> Fit:
+        """Return the fit of traces that begin at a time, s; they are zero before it, and constant after their end."""
+        moments = self.measured.time - time_zero
+        inside = np.clip(moments, 0.0, curve.x[-1])
+        shapes = curve(inside) * (moments >= 0.0)
+        rates = -self.unit * curve(inside, 1) * (inside == moments)
+        residuals, slopes, fitted = list[Vector](), list[Vector](), list[Vector]()
+        gains = np.ones(len(self.used))
         for row, used in enumerate(self.used):
-            shape = shapes[row][used]
-            residual, direction, gain = self._gained(row, shape)
-            nonlinear = self._clean(row, gain * bent[:, row, used]).T
-            linear = np.zeros((shape.size, free * len(self.used)))
-            linear[:, row : row + free] = self._clean(row, shape)[:, None]
-            residuals.append(residual)
-            projected.append(np.outer(direction, direction @ nonlinear) - nonlinear)
-            full.append(np.hstack([nonlinear, linear]))
-            gains.append(gain)
-            fitted.append(gain * shape)
-        return Point(
-            p, np.concatenate(residuals), np.concatenate(projected), np.concatenate(full), np.array(gains), fitted
-        )
+            white, rate = self._clean(row, np.stack([shapes[row, used], rates[row, used]]))
+            size = float(np.linalg.norm(white))
+            if GAIN in self.free and size > 0.0:
+                direction = white / size
+                gains[row] = float(self._forces[row] @ direction) / size
+                rate = rate - (rate @ direction) * direction
+            residuals.append(self._forces[row] - gains[row] * white)
+            slopes.append(-gains[row] * rate)
+            fitted.append(gains[row] * shapes[row, used])
+        return Fit(time_zero, np.concatenate(residuals), np.concatenate(slopes), gains, fitted)
+
+    def fits(self, places: Sequence[Vector], near: float | None = None) -> list[Fit]:
+        """Return the fits of many runs, which are done together."""
+        return [self.fit(traces, near) for traces in self.prediction.traces(places)]
+
+    def at(self, places: Vector, steps: Vector, central: bool = True) -> Point:
+        """Return the fit at places and its derivatives: central differences over twice these steps, one-sided at an end
+        of a range and beside a run that fails; else all are one-sided."""
+        here, size = self.fit(self.prediction.trace(places)), places.size
+        above = np.minimum(places + steps, 1.0)
+        below = np.maximum(places - steps, 0.0) if central else np.where(above > places, places, places - steps)
+        moved = np.where(np.eye(size, dtype=bool), np.stack([below, above])[:, :, None], places)
+        beside = [fit if fit.works else here for fit in self.fits(list(moved.reshape(-1, size)), here.time_zero)]
+        residuals = np.stack([fit.residual for fit in beside]).reshape(2, size, -1)
+        sensors = np.array([[fit.time_zero / self.unit, *fit.gains] for fit in beside]).reshape(2, size, -1)
+        failed = np.array([fit is here for fit in beside]).reshape(2, size)
+        width = np.where(failed[1], places, above) - np.where(failed[0], places, below)
+        width = np.where(width > 0.0, width, 1.0)[:, None]
+
+        # All parameters that are no unknowns follow them; a time zero turns no gain, as it changes no trace's size.
+        chosen = np.array([TIME_ZERO in self.free, *[GAIN in self.free] * len(self.used)])
+        carried = np.eye(len(self.names))
+        carried[size:, :size] = ((sensors[1] - sensors[0]) / width).T[chosen]
+        columns = [((residuals[1] - residuals[0]) / width).T, here.slope[:, None], self.gain_columns(here)]
+        return Point(places, here, np.hstack([columns[0], np.hstack(columns[1:])[:, chosen]]), carried)
+
+    def gain_columns(self, fit: Fit) -> Vector:
+        """Return the derivatives of the residual by the gains."""
+        rows = [-self._clean(row, shape) / fit.gains[row] for row, shape in enumerate(fit.fitted)]
+        return np.asarray(block_diag(*[row[:, None] for row in rows]))
 
     def by_sensor(self, values: Vector) -> list[Vector]:
         """Return the parts of a residual, or of columns, that belong to each sensor."""
         return np.split(values, np.cumsum([used.sum() for used in self.used])[:-1])
 
-    def explains(self, misfit: float, p: Vector) -> bool:
-        """Return whether the residual at p, of this χ², is that of noise, so that a search may end.
-
-        Noise that was estimated may be half as large again, where the residual is white.
-        """
-        degrees = max(self.samples - len(self.names), 1)
-        if misfit < degrees + 4.0 * np.sqrt(2.0 * degrees):
+    def explains(self, fit: Fit) -> bool:
+        """Return whether the residual is that of noise: white, and not larger. Noise that was estimated may be half as
+        large again. As small as what runs are exact to, it is that of a run that is taken for a signal."""
+        if self.is_numerical(fit):
             return True
-        return not self.measured.given and misfit < 1.5 * degrees and self.is_white(self.residual(p))
+        degrees = max(self.samples - len(self.names), 1)
+        most = 1.0 + 4.0 * np.sqrt(2.0 / degrees) if self.measured.given else 1.5
+        return bool(fit.misfit < most * degrees and self.is_white(fit.residual))
 
-    def is_numerical(self, residual: Vector) -> bool:
-        """Return whether it is within what runs are exact to, at each sensor, as where a run is taken for a signal."""
+    def is_numerical(self, fit: Fit) -> bool:
+        """Return whether the residual is within what runs are exact to, at each sensor."""
+        sizes = [float(np.sqrt((part**2).mean())) for part in self.by_sensor(fit.residual)]
         return all(
-            float(np.sqrt((part**2).mean())) * sensor.noise <= NUMERICAL * float(np.nanmax(abs(sensor.force)))
-            for sensor, part in zip(self.measured.sensors, self.by_sensor(residual), strict=True)
+            size * sensor.noise <= NUMERICAL * float(np.nanmax(abs(sensor.force)))
+            for size, sensor in zip(sizes, self.measured.sensors, strict=True)
         )
 
     def is_white(self, residual: Vector) -> bool:
@@ -239,12 +231,12 @@ class Misfit:
                 limit += part.size / sensor.lead * (terms + 4.0 * float(np.sqrt(2.0 * terms)))
         return total < limit + 4.0 * float(np.sqrt(2.0 * lags * len(self.used)))
 
-    def data(self, point: Point) -> xr.Dataset:
+    def data(self, fit: Fit) -> xr.Dataset:
         """Return what was measured and fitted, over sensor and time, and offset, hum and drift as `baseline`."""
         time, sensors = self.measured.time, self.measured.sensors
         force = np.stack([sensor.force for sensor in sensors])
         fitted, slow = np.full(force.shape, np.nan), np.zeros(force.shape)
-        for row, (used, values, sensor) in enumerate(zip(self.used, point.fitted, sensors, strict=True)):
+        for row, (used, values, sensor) in enumerate(zip(self.used, fit.fitted, sensors, strict=True)):
             shapes = self._baseline(sensor)
             slow[row] = shapes @ np.linalg.lstsq(shapes[used], force[row, used] - values, rcond=None)[0]
             fitted[row, used] = values + slow[row, used]

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from coupling.cosimulation import CoSimulation
 from plates.contacts import Contact
 from plates.modal import ModalPlate, is_modal
@@ -66,10 +68,8 @@ def modes_of(builds: Sequence[Callable[[], CoSimulation]], until: float) -> Plat
     if len(plates) != len(builds):
         return None
 
-    first, slower = plates[0], 1.0
-    speeds = [float(plate.section.bending[0, 0] / plate.section.mass) ** 0.5 for plate in plates]
-    for speed in speeds:
-        slower *= min(speed / speeds[0], 1.0)
+    first, speeds = plates[0], np.array([plate.section.bending[0, 0] / plate.section.mass for plate in plates]) ** 0.5
+    slower = float(np.minimum(speeds / speeds[0], 1.0).prod())
     section = homogeneous_section(slower * first.thickness, first.section.struck)
     highest = max(FREQUENCY, first.highest_frequency)
     return PlateModes(ModalPlate(replace(first, section=section, highest_frequency=highest), until))

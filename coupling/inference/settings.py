@@ -12,60 +12,61 @@ class Settings:
     unknown: that looks like information, and made intervals too short.
     """
 
-    # Predictions.
+    # Predictions. Cubic splines between 48 saved times in the shortest contact are exact to 1e-5 of a pulse.
     accuracy: str = "screening"
     saved_per_contact: float = 48.0
-    """Saved times in the shortest contact: cubic splines between them are exact to 1e-5 of a pulse."""
     remembered_traces: int = 256
-    """Of the latest runs, as searches start at points of a scan, and at ends of other searches."""
     most_samples: float = 1e6
-    """Of the trace of a sensor: a record of a second."""
     shortest_part: float = 0.75
     """The user is warned of structures that were made for less than this part of the usual prediction."""
 
-    # The signal.
+    # The signal. Fifty samples of a quiet lead give its noise to 10 %; evidence is that of Kass and Raftery (1995).
     samples_per_contact: float = 4.0
-    """At least, of a signal."""
     fewest_samples: int = 16
     fewest_of_lead: int = 50
-    """Samples of a quiet lead that its noise is taken from: 10 % exact."""
     orders_of_memory: int = 4
     degrees_of_drift: int = 3
     strong_evidence: float = 6.0
-    """By which Bayes's information criterion must fall before a disturbance is believed (Kass and Raftery, 1995)."""
 
-    # The search.
+    # The scan: for one or two unknowns the smallest, twice as many points for each further one.
     smallest_scan: int = 32
-    """Points of the scan for one or two unknowns; twice as many for each further one, up to largest_scan."""
     largest_scan: int = 128
-    fewest_places_of_line: int = 16
-    most_places_of_line: int = 128
-    places_in_valley: int = 4
-    """Where a fit explains the signal: the places on a line across a valley like that of this fit, below a rival."""
-    starts_from_lines: int = 6
-    rounds_of_lines: int = 3
-    rival: float = 4.0
-    """Where a fit explains the signal, a minimum on a line may be a rival if χ² is not larger by this factor."""
     many_unknowns: int = 5
     """So many and more begin at starts_of_many points, and have lines only where no fit explains the signal."""
     starts_of_many: int = 8
     starts_apart: float = 0.05
+
+    # Lines. Where a fit explains the signal, so many places lie in a valley like its own, below a rival.
+    fewest_places_of_line: int = 16
+    most_places_of_line: int = 128
+    places_in_valley: int = 4
+    rival: float = 4.0
+    """Where a fit explains the signal, a minimum on a line may be a rival if χ² is not larger by this factor."""
+    starts_from_lines: int = 6
+    rounds_of_lines: int = 3
+    steps_beside: int = 19
+    growth_beside: float = 1.25
+    rounds_beside: int = 6
+    """Distances from the best fit at which others are looked for: 2, 2.5, 3.1, … standard deviations. Beads that rattle
+    make minima that are closer than the places of a line: a plate's edge at 37 mm was found at 36.8, and valleys some
+    hundredths of a millimetre apart beside it, which the search leaves one after the other."""
+
+    # Least squares, which end where χ², or every unknown, changes by less than the precision.
+    precision: float = 1e-5
+    most_tries: int = 30
+    rough_precision: float = 1e-2
+    rough_tries: int = 10
+    hopeless: float = 1.5
+    """A rough fit whose χ² is larger by more than this factor is searched no further."""
     solutions_apart: float = 1e-2
     first_step: float = 1e-3
     """Half the distance of runs for a derivative, before the error of the unknown is known."""
     step_over_error: float = 0.3
     shortest_step: float = 1e-5
     longest_step: float = 2e-2
-    precision: float = 1e-5
-    """Least squares end where χ², or every unknown, changes by less than this part."""
-    most_tries: int = 30
-    rough_precision: float = 1e-2
-    rough_tries: int = 10
-    hopeless: float = 1.5
-    """A rough fit whose χ² is larger by more than this factor is searched no further."""
-    steps_beside: int = 11
-    """Distances from the best fit at which others are looked for: 2, 3, 4.5, … standard deviations. Beads that rattle
-    make minima that are closer than the places of a line: a plate's edge at 37 mm was found at 36.8."""
+    most_shifts: int = 8
+    precise_shift: float = 1e-6
+    """The time zero is exact to this part of a contact time, after at most so many shifts."""
 
     # Intervals.
     deviations: float = 1.959964
@@ -94,13 +95,13 @@ class OfDifferences:
     """Of derivatives by differences of runs, of budgets of uncertainty, and of numerical errors."""
 
     steps: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-    """Of a parameter, in parts of its value. Where the derivatives of both sides differ by more than the part `smooth`,
-    as by rounding, a larger step is taken. Contacts that open bend traces, so that the error grows with the step."""
     smooth: float = 0.01
+    """Steps are parts of the value of a parameter. Where the derivatives of both sides differ by more than the part
+    `smooth`, as by rounding, a larger one follows; contacts that open bend traces, so that the error grows with it."""
     steps_with_losses: tuple[float, ...] = (1e-2, 3e-3, 1e-3)
+    smooth_with_losses: float = 0.05
     """Losses begin at the first step after a contact closes, so that traces jump by what they do in a part of a step; a
     large difference contains many such jumps, and their mean."""
-    smooth_with_losses: float = 0.05
     negligible: float = 1e-3
     """Part of a force: less of it does not matter, for a parameter that changes by as much as it is."""
     shift: float = 1e-5
@@ -108,9 +109,9 @@ class OfDifferences:
     jump: float = 0.1
     """Part of a derivative by which those of both sides differ where the measure has none."""
     bent: float = 0.3
-    """Part of the standard uncertainty by which a change may differ from what derivatives predict."""
     curved: float = 0.05
-    """Part by which a sampled uncertainty may differ from a propagated one, besides two standard errors."""
+    """Parts by which runs at the ends of the uncertainties, and sampled ones, may differ from what derivatives predict:
+    the former in all, the latter besides two standard errors."""
     rounding: float = 1e-4
     """A smaller part of a measure is no change of it, but a numerical error."""
     richardson: float = 4.0 / 3.0

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,12 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from coupling.inference.identification import AT_END, BLIND, NOT_TRUSTED, NUISANCE, Identification
-from coupling.inference.measured import estimated, white_noise
+from coupling.inference.measured import estimated
 from coupling.inference.prediction import NUMERICAL
+from coupling.inference.settings import SETTINGS
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
+from coupling.results.sensor_trace import noise_level
 from coupling.sweeps.points import Outcome, Task, run_points
 from coupling.sweeps.store import Failure, Point, Store
 from coupling.sweeps.sweep import outcomes_kept
@@ -27,21 +30,14 @@ from structures.caution import collected
 from structures.checks import count_of, function, instance, short
 from structures.units import NUMBER, factor, in_si
 
-TABLE = "points.csv"
-"""The table of a folder of taps."""
-
 HEAD = re.compile(r"\s*(?P<name>[^/=(]+?)\s*(=\s*(?P<entry>[^/(]+?)\s*)?(/\s*(?P<unit>.+?)\s*|\((?P<in>.+?)\)\s*)?")
 """The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm"."""
 
 FAILED, MEASURED = "failed", "measured"
 """Verdicts of a point without an answer, and of AR and TOF, which no model explains."""
 
-WORST = (FAILED, BLIND, AT_END)
-"""Verdicts that a point has as soon as one of its taps has them, the worst first."""
-
-DRAWS, NORMAL = 60, 1.96
-"""Draws of noise from which the scatter of AR and TOF of a single tap follows, to 9 %; standard deviations in half of a
-95 % interval."""
+DRAWS = 60
+"""Draws of noise from which the scatter of AR and TOF of a single tap follows, to 9 %."""
 
 OF_UNKNOWNS = ("value", "low", "high")
 
@@ -121,9 +117,19 @@ def map_taps(
     return mapped_taps(grid, Taps(answer or read, 0.0, read, kept, asked=answer is not None), jobs)
 
 
+def _si(name: str, text: str, unit: str) -> Any:
+    """Return a cell in SI units; text that is no number as it is, but for x and y."""
+    value, match = in_si(f"{text} {unit}".strip()), NUMBER.fullmatch(text)
+    if name in ("x", "y") and (match is None or match[2]):
+        raise ValueError(f"{short(text)} is no number")
+    if unit and np.isnan(value):
+        raise ValueError(f"{short(text)} is no number with the unit {unit}")
+    return text if np.isnan(value) else value
+
+
 def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], Any] | None = None) -> Grid:
     """Return the points of a table. convert: takes name, text and unit of a further column and returns its value."""
-    file = Path(path) / TABLE if Path(path).is_dir() else Path(path)
+    file = Path(path) / "points.csv" if Path(path).is_dir() else Path(path)
     if not file.is_file():
         raise ValueError(f"{file}: there is no such file; give a table with the columns x / mm, y / mm and file")
     try:
@@ -133,55 +139,48 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
         rows = [(n, [cell.strip() for cell in line]) for n, line in enumerate(lines, 1) if any(map(str.strip, line))]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{file}: is not a table of text in UTF-8 ({error})") from None
+    convert = convert or _si
     heads = [HEAD.fullmatch(cell) for cell in (rows[0][1] if rows else [])]
     names = [head["name"].strip() if head else "" for head in heads]
-    units = [((head["unit"] or head["in"] or "").strip(" ()") if head else "") for head in heads]
+    entries = [head["entry"] if head else None for head in heads]
+    units = [(head["unit"] or head["in"] or "").strip(" ()") if head else "" for head in heads]
     for name in ("x", "y", "file"):
         if names.count(name) != 1:
             raise ValueError(f"{file}: has the columns {short(names)}, must have one {name}: x / mm, y / mm, file")
-    shown = units[names.index("x")], units[names.index("y")]
-    for name, unit in zip("xy", shown, strict=True):
+        unit = units[names.index(name)]
         try:
-            factor(unit, "m")
+            factor(unit if name != "file" else "m", "m")
         except ValueError:
             must = f"must have one of length: {name} / mm"
             raise ValueError(f'{file}: column {name} has the unit "{unit}", {must}') from None
+
     points, line_of = dict[tuple[Any, ...], dict[str, Any]](), dict[str, int]()
     for number, row in rows[1:]:
         if len(row) > len(names):
             counts = count_of(len(row), "cell"), count_of(len(names), "column")
             raise ValueError(f"{file}:{number}: has {counts[0]} under {counts[1]}")
-        cells = dict(zip(names, row + [""] * (len(names) - len(row)), strict=True))
-        tap, point = cells["file"], dict[str, Any]()
-        for name, unit, head in zip(names, units, heads, strict=True):
+        tap, point = "", dict[str, Any]()
+        for name, entry, unit, cell in zip_longest(names, entries, units, row, fillvalue=""):
             if name == "file":
+                tap = cell
                 continue
-            cell = cells[name].replace(",", ".") if semicolons else cells[name]
+            decimal = cell.replace(",", ".") if semicolons else cell
             try:
-                converted = _si if convert is None or name in ("x", "y") else convert
-                point[name] = converted(name, cell, unit)
-                if head and head["entry"]:
-                    point[head["entry"]] = (convert or _si)(head["entry"], cell, unit)
+                point[name] = (_si if name in ("x", "y") else convert)(name, decimal, unit)
+                if entry:
+                    point[entry] = convert(entry, decimal, unit)
             except ValueError as error:
                 raise ValueError(f"{file}:{number}: column {name}: {error}") from None
         if not tap or tap in line_of:
             again = f"names {tap!r} again, as line {line_of[tap]} does; a tap counts once" if tap else "names no file"
             raise ValueError(f"{file}:{number}: {again}")
+        if not (file.parent / tap).resolve().is_relative_to(file.parent.resolve()):
+            raise ValueError(f"{file}:{number}: {tap!r} is not in the table's folder; move it there")
         line_of[tap] = number
         points.setdefault(tuple(point.items()), {**point, "files": []})["files"].append(str(file.parent / tap))
     if not points:
         raise ValueError(f"{file}: has no points below its head")
-    return Grid(list(points.values()), shown)
-
-
-def _si(name: str, text: str, unit: str) -> Any:
-    """Return a cell in SI units; text that is no number as it is, but for x and y."""
-    value, match = in_si(f"{text} {unit}".strip()), NUMBER.fullmatch(text)
-    if name in ("x", "y") and (match is None or match[2]):
-        raise ValueError(f"{short(text)} is no number")
-    if unit and np.isnan(value):
-        raise ValueError(f"{short(text)} is no number with the unit {unit}")
-    return text if np.isnan(value) else value
+    return Grid(list(points.values()), (units[names.index("x")], units[names.index("y")]))
 
 
 @dataclass(frozen=True)
@@ -230,65 +229,61 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
 
     Where their scatter exceeds what these allow (χ², 5 %), Student's interval of the plain mean takes their place.
     """
-    first, findings = taps[0].assign_attrs(taps=len(taps)), list[str]()
-    if len(taps) == 1:
+    first, count, findings = taps[0].assign_attrs(taps=len(taps)), len(taps), list[str]()
+    if count == 1:
         return first, findings
     value, low, high = (np.stack([tap[name].values for tap in taps]) for name in OF_UNKNOWNS)
-    verdicts = np.stack([tap.verdict.values for tap in taps])
-    free = len(taps) - 1
-    weight = 1.0 / np.maximum(high - low, 1e-12 * abs(value) + 1e-300) ** 2
+    weight = (2.0 * SETTINGS.deviations / np.maximum(high - low, 1e-12 * abs(value) + 1e-300)) ** 2
     mean = (weight * value).sum(axis=0) / weight.sum(axis=0)
-    half = 0.5 / np.sqrt(weight.sum(axis=0))
-    apart = ((2.0 * NORMAL) ** 2 * weight * (value - mean) ** 2).sum(axis=0) > chi2.ppf(0.95, free)
-    spread = student.ppf(0.975, free) * value.std(axis=0, ddof=1) / np.sqrt(len(taps))
+    half = SETTINGS.deviations / np.sqrt(weight.sum(axis=0))
+    apart = (weight * (value - mean) ** 2).sum(axis=0) > chi2.ppf(0.95, count - 1)
+    spread = student.ppf(0.975, count - 1) * value.std(axis=0, ddof=1) / np.sqrt(count)
     mean, half = np.where(apart, value.mean(axis=0), mean), np.where(apart, spread, half)
-    verdict = [next((word for word in WORST if word in column), column[0]) for column in verdicts.T.tolist()]
-    findings += [
-        f"taps of {name}: scatter by {100.0 * value[:, k].std(ddof=1) / abs(mean[k]):.2g} %, more than their intervals"
-        for k, name in enumerate(first.unknown.values.tolist()) if apart[k] and verdict[k] != NUISANCE
-    ]  # fmt: skip
+    verdict = list[str]()
+    for k, name in enumerate(first.unknown.values.tolist()):
+        column = [str(tap.verdict.values[k]) for tap in taps]
+        # A point has the worst verdict of its taps.
+        verdict.append(next((word for word in (FAILED, BLIND, AT_END) if word in column), column[0]))
+        if apart[k] and verdict[k] != NUISANCE:
+            part = 100.0 * value[:, k].std(ddof=1) / abs(mean[k])
+            findings.append(f"taps of {name}: scatter by {part:.2g} %, more than their intervals")
     columns = {"value": mean, "low": mean - half, "high": mean + half, "verdict": verdict}
     misfit = float(np.sqrt(np.mean([tap.attrs.get("misfit", np.nan) ** 2 for tap in taps])))
-    data = first.assign({name: ("unknown", column) for name, column in columns.items()})
-    return data.assign_attrs(misfit=misfit), findings
+    return first.assign({n: ("unknown", column) for n, column in columns.items()}).assign_attrs(misfit=misfit), findings
 
 
 def _waves(signal: xr.Dataset) -> xr.Dataset:
-    """Return AR and TOF of the primary wave at each sensor; their 95 % intervals are those of draws of noise."""
-    sensors, value, scatter = signal.sensor.values.tolist(), list[float](), list[float]()
+    """Return AR and TOF of the primary wave at each sensor; their 95 % intervals are those of draws of noise, which
+    scatter and shift them."""
+    sensors, rows = signal.sensor.values.tolist(), list[tuple[float, float]]()
     for sensor in sensors:
-        drawn = _drawn(signal, sensor)
+        trace = signal.sensor_force.sel(sensor=sensor)
+        force = np.asarray(trace.interpolate_na("time", fill_value="extrapolate").values, dtype=float)
+        # Noise of low frequency remembers its last sample: m is the correlation from sample to sample, by which the
+        # variance of its third differences is smaller.
+        size, memory = estimated(force), np.linspace(0.0, 0.999, 1000)
+        smaller = (noise_level(force) / size) ** 2 if size > 0.0 else 1.0
+        m = float(np.interp(-smaller, -(1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3), memory))
+        white = np.random.default_rng(sensor).normal(size=(DRAWS, force.size))
+        white[:, 1:] *= np.sqrt(1.0 - m**2)
+        noise = size * lfilter([1.0], [1.0, -m], white, axis=-1)
+        drawn = signal.sel(sensor=[sensor]).assign(
+            sensor_force=(("draw", "time", "sensor"), (force + noise)[..., None])
+        )
         for measure in (amplitude_ratio, time_of_flight):
-            value.append(float(measure(signal, sensor)))
-            scatter.append(float(np.nanstd(measure(drawn, sensor).values)))
-    values = np.array(value)
-    if np.isnan(values).all():
+            here = float(measure(signal, sensor))
+            rows.append((here, float(np.sqrt(np.nanmean((measure(drawn, sensor).values - here) ** 2)))))
+    value, scatter = np.array(rows).T
+    if np.isnan(value).all():
         raise ValueError("no reflected wave stands out of the noise")
-    half = NORMAL * np.hypot(scatter, NUMERICAL * abs(values))
+    half = SETTINGS.deviations * np.hypot(scatter, NUMERICAL * abs(value))
     columns = {
-        "value": values, "low": values - half, "high": values + half,
-        "verdict": [FAILED if np.isnan(one) else MEASURED for one in values],
+        "value": value, "low": value - half, "high": value + half,
+        "verdict": [FAILED if np.isnan(one) else MEASURED for one in value],
         "unit": ["", "µs"] * len(sensors), "unit_size": [1.0, 1e-6] * len(sensors),
     }  # fmt: skip
     names = [f"{what} at bead {sensor}" for sensor in sensors for what in ("AR", "TOF")]
     return xr.Dataset({name: ("unknown", column) for name, column in columns.items()}, {"unknown": names})
-
-
-def _drawn(signal: xr.Dataset, sensor: int) -> xr.Dataset:
-    """Return a signal with draws of noise like that of its lead added, over `draw`.
-
-    Noise of low frequency remembers its last sample: the variance of its third differences is smaller by
-    1 − 1.5 m + 0.6 m² − 0.1 m³, where m is the correlation from sample to sample.
-    """
-    trace = signal.sensor_force.sel(sensor=sensor)
-    force = np.asarray(trace.interpolate_na("time", fill_value="extrapolate").values, dtype=float)
-    size, memory = estimated(force), np.linspace(0.0, 0.999, 1000)
-    smaller = (white_noise(force) / size) ** 2 if size > 0.0 else 1.0
-    m = float(np.interp(-smaller, -(1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3), memory))
-    white = np.random.default_rng(sensor).normal(size=(DRAWS, force.size))
-    white[:, 1:] *= np.sqrt(1.0 - m**2)
-    noise = size * lfilter([1.0], [1.0, -m], white, axis=-1)
-    return signal.sel(sensor=[sensor]).assign(sensor_force=(("draw", "time", "sensor"), (force + noise)[..., None]))
 
 
 def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") -> xr.Dataset:
@@ -316,36 +311,34 @@ def where(data: xr.Dataset, point: int) -> str:
 
 def _combined(grid: Grid, outcomes: Sequence[Outcome]) -> xr.Dataset:
     """Return the map; a point that failed holds NaN and its error."""
-    answers = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}
-    errors = [""] * len(outcomes)
+    answers, errors = dict[int, xr.Dataset](), [""] * len(outcomes)
     for k, outcome in enumerate(outcomes):
-        if k not in answers:
-            errors[k] = str(outcome)
-        if isinstance(outcome, Failure) and outcome.kind == "ValueError":
-            errors[k] = outcome.message
+        if isinstance(outcome, Failure):
+            errors[k] = outcome.message if outcome.kind == "ValueError" else str(outcome)
+        else:
+            answers[k] = outcome
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
-    names = list(dict.fromkeys(str(name) for answer in answers.values() for name in answer.unknown.values))
+    shown = dict[str, tuple[str, float]]()
+    for answer in answers.values():
+        columns = (answer[name].values.tolist() for name in ("unknown", "unit", "unit_size"))
+        shown |= {name: (unit, size) for name, unit, size in zip(*columns, strict=True)}
     none = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}
-    empty = xr.Dataset({key: ("unknown", [one] * len(names)) for key, one in none.items()}, {"unknown": names})
-    rows = [answers.get(k, empty).reindex(unknown=names, fill_value=none)[list(none)] for k in range(len(outcomes))]
+    empty = xr.Dataset({key: ("unknown", [one] * len(shown)) for key, one in none.items()}, {"unknown": list(shown)})
+    every = [answers.get(k, empty) for k in range(len(outcomes))]
+    rows = [answer.reindex(unknown=list(shown), fill_value=none)[list(none)] for answer in every]
     data = xr.concat(rows, "point", combine_attrs="drop")
     data["verdict"] = data.verdict.astype(str)
-    first = next(iter(answers.values()))
-    data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
-    units, sizes = dict.fromkeys(names, ""), dict.fromkeys(names, 1.0)
-    for answer in answers.values():
-        units |= dict(zip(answer.unknown.values.tolist(), answer.unit.values.tolist(), strict=True))
-        sizes |= dict(zip(answer.unknown.values.tolist(), answer.unit_size.values.tolist(), strict=True))
-    data["unit"], data["unit_size"] = ("unknown", list(units.values())), ("unknown", list(sizes.values()))
+    data["unit"], data["unit_size"] = (("unknown", list(column)) for column in zip(*shown.values(), strict=True))
     for name, unit in zip("xy", grid.units, strict=True):
         place = {"units": "m", "unit": unit, "size": float(factor(unit, "m"))}
         data[name] = "point", [float(point[name]) for point in grid.points], place
-    attributes = [answers[k].attrs if k in answers else {} for k in range(len(outcomes))]
-    data["taps"] = "point", [int(one.get("taps", 0)) for one in attributes]
-    data["misfit"] = "point", [float(one.get("misfit", np.nan)) for one in attributes]
+    data["taps"] = "point", [int(answer.attrs.get("taps", 0)) for answer in every]
+    data["misfit"] = "point", [float(answer.attrs.get("misfit", np.nan)) for answer in every]
     data["files"] = "point", ["; ".join(Path(name).name for name in point["files"]) for point in grid.points]
     data["error"] = "point", errors
+    first = next(iter(answers.values()))
+    data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
     said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}
     failed = [f"failed: {where(data, k)}: {error}" for k, error in enumerate(errors) if error]
     return with_warnings(data, [*failed, *gathered(said, len(outcomes))])

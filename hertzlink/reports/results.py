@@ -332,7 +332,7 @@ def map_unknowns(point: xr.Dataset, names: list[str]) -> Iterator[Unknown]:
     for one in (point.sel(unknown=name) for name in names):
         interval = float(one.low), float(one.high)
         unit, size = str(one.unit.item()), float(one.unit_size)
-        yield Unknown(str(one.unknown.item()), float(one.value), interval, str(one.verdict.item()), None, unit, size)
+        yield Unknown(str(one.unknown.item()), float(one.value), interval, str(one.verdict.item()), unit, size)
 
 
 def difference_in_words(one: xr.Dataset, name: str) -> str:

@@ -4,9 +4,8 @@ Cramér–Rao bounds of a plate's distance to its edge and thickness, and of the
 the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import product
 from math import ceil, pi
 from typing import Any
@@ -15,8 +14,8 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.inference.information import Design, Sensitivities
-from coupling.inference.misfit import GAIN, TIME_ZERO, inverse
+from coupling.inference.information import Design, bounds_of
+from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.inference.settings import SETTINGS
 from hertzlink.studies import draw
 from hertzlink.studies.compare import Number
@@ -117,12 +116,12 @@ def edges(jobs: int | None, distances: Sequence[float], thicknesses: Sequence[fl
 
     def errors(diameter: float, distance: float, thickness: float) -> xr.Dataset:
         design = edge_design(diameter, dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True)))
-        changes = Sensitivities(design)
-        of_features = changes.features(MEASURED[FEATURES], RECORDS[0], DRAWS)
+        waveform = design.waveform()
+        features = design.features(sensors=MEASURED[FEATURES], until=RECORDS[0], draws=DRAWS)
         widths = np.full([len(places) for places in axes.values()], np.nan)
         for (j, record), (k, sensors) in product(enumerate(RECORDS), enumerate(MEASURED.values())):
-            of_trace = partial(changes.waveform, sensors, record)
-            widths[j, k] = half_widths(of_trace if k else of_features, EDGE_FREE)
+            of_trace = waveform.sel(sensor=list(sensors), time=slice(None, record))
+            widths[j, k] = half_widths(of_trace if k else features, EDGE_FREE)
         return labelled("edge_error", widths, axes)
 
     return over(errors, jobs, diameter=DIAMETERS, distance=distances, thickness=thicknesses)
@@ -136,11 +135,11 @@ def combinations(contact: str, near: float) -> xr.Dataset:
     """
     values = (near, MAIN_THICKNESS, hl.ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
     unknowns = dict(zip((*MATERIAL_UNKNOWNS, "impact_speed"), values, strict=True))
-    changes = Sensitivities(edge_design(MAIN_DIAMETER, unknowns, contact=contact))
-    covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
-    size, vectors = np.linalg.eigh(covariance)
-    root = np.sqrt(np.diag(covariance))
-    combined, correlated = (vectors * np.sign(vectors[0])).T, covariance / np.outer(root, root)
+    waveform = edge_design(MAIN_DIAMETER, unknowns, contact=contact).waveform()
+    bounds, correlation = bounds_of(waveform.sel(sensor=[7], time=slice(None, RECORDS[0])))
+    root, correlated = np.array([*bounds.values()])[:3], correlation.values[:3, :3]
+    size, vectors = np.linalg.eigh(correlated * np.outer(root, root))
+    combined = (vectors * np.sign(vectors[0])).T
     errors, places = SETTINGS.deviations * np.sqrt(size), {"combination": ("best", "middle", "worst")}
     data = labelled("combination_error", errors, places)
     return data.assign(
@@ -166,18 +165,18 @@ def bond_errors(upper: str, upper_thickness: float, bond_stiffness: float) -> xr
 
     values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, upper_thickness, IMPACT_SPEED), strict=True))
     with collected():
-        changes = Sensitivities(Design(build, values, (7, 13), RECORDS[0], (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY))
-    widths = [half_widths(partial(changes.waveform, beads, RECORDS[0]), BOND_FREE) for beads in BOND_MEASURED.values()]
+        design = Design(build, values, (7, 13), RECORDS[0], (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY)
+        waveform = design.waveform()
+    widths = [half_widths(waveform.sel(sensor=list(beads)), BOND_FREE) for beads in BOND_MEASURED.values()]
     axes = {"bond_measured": [*BOND_MEASURED], "bond_free": [*BOND_FREE], "bond_unknown": BOND_UNKNOWNS}
     return labelled("bond_error", np.array(widths), axes)
 
 
-def half_widths(
-    bounds: Callable[[tuple[str, ...]], Mapping[str, float]], free: Mapping[str, tuple[str, ...]]
-) -> Vector:
-    """Return 95 % half-widths: what is free × unknowns; NaN for what is known. bounds: standard deviations of names."""
-    of_free = [bounds(names) for names in free.values()]
-    return np.array([[SETTINGS.deviations * bound.get(name, np.nan) for name in free["all"]] for bound in of_free])
+def half_widths(derivatives: xr.DataArray, free: Mapping[str, tuple[str, ...]]) -> Vector:
+    """Return 95 % half-widths: what is free × unknowns; NaN for what is known."""
+    known = [[name for name in free["all"] if name not in names] for names in free.values()]
+    bounds = [bounds_of(derivatives, names)[0] for names in known]
+    return np.array([[SETTINGS.deviations * bound.get(name, np.nan) for name in free["all"]] for bound in bounds])
 
 
 def labelled(name: str, values: Vector, axes: Mapping[str, Sequence[Any]]) -> xr.Dataset:

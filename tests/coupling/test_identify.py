@@ -13,13 +13,10 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import toeplitz
 from scipy.optimize import curve_fit
 from scipy.signal import lfilter
-from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
 from coupling.inference.identification import Identification, Unknown
-from coupling.inference.measured import Measured, Sensor, estimated
-from coupling.inference.misfit import Misfit
-from coupling.inference.prediction import Curves, Prediction, Range, range_of
+from coupling.inference.measured import estimated
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL, LEAD, STEP = 5e-4, 8e-5, 1e-6
@@ -55,7 +52,7 @@ def test_truth_is_within_the_intervals_whatever_gain_and_time_zero_are() -> None
     signal = tap(wall(3e9, 0.29), (3, 7), gain=1.7)
     nuisances = ["gain", "time_zero", "offset", "impact_speed"]
     ranges = {"modulus": (1e9, 20e9), "impact_speed": (0.2, 0.5)}
-    found = hl.identify(signal, wall, nuisances, until=UNTIL, scan=32, starts=2, **ranges)
+    found = hl.identify(signal, wall, nuisances, until=UNTIL, starts=2, **ranges)
     truth = {"modulus": 3e9, "impact_speed": 0.29, "time_zero": LEAD, "gain 3": 1.7, "gain 7": 1.7}
     for name, value in truth.items():
         low, high = found[name].interval
@@ -64,13 +61,6 @@ def test_truth_is_within_the_intervals_whatever_gain_and_time_zero_are() -> None
     assert found["modulus"].identifiable
     assert 0.9 < found.misfit < 1.1
     assert found.explained
-
-
-def test_without_noise_the_truth_is_found_to_what_runs_are_exact_to() -> None:
-    found = hl.identify(tap(wall(3e9), noise=0.0), wall, until=UNTIL, scan=16, starts=1, modulus=(1e9, 20e9))
-    assert found["modulus"].value == pytest.approx(3e9, rel=2e-3)
-    assert found["modulus"].verdict == "identified"
-    assert found["modulus"].interval[0] < 3e9 < found["modulus"].interval[1]
 
 
 def layered(glue: float, impact_speed: float = 0.31) -> hl.CoSimulation:
@@ -83,7 +73,7 @@ def test_what_the_record_does_not_show_is_blind_over_its_whole_range() -> None:
     """The wave needs 2 · 0.5 m/√(E/ρ) = 1.2 ms there and back; the record ends after 0.5 ms."""
     rate = np.sqrt(hl.PTFE.youngs_modulus / hl.PTFE.density)
     assert 2.0 * 0.5 / rate > 2.0 * UNTIL
-    found = hl.identify(tap(layered(1e9)), layered, until=UNTIL, scan=8, starts=1, glue=(5e8, 4e9))
+    found = hl.identify(tap(layered(1e9)), layered, until=UNTIL, starts=1, glue=(5e8, 4e9))
     assert found["glue"].verdict == "blind"
     assert not found["glue"].identifiable
     assert found["glue"].interval == pytest.approx((5e8, 4e9))
@@ -114,17 +104,13 @@ def test_bounds_are_those_of_a_fit_by_another_program() -> None:
     assert design.bounds["modulus"] == pytest.approx(found["modulus"].error / 1.96, rel=0.1)
 
 
-def test_two_sensors_are_better_than_one() -> None:
-    one, two = (hl.identifiability(wall, sensors=n, until=UNTIL, modulus=3e9).bounds["modulus"] for n in ([3], [3, 7]))
-    assert two < one
-
-
-def test_bounds_fall_with_noise_and_samples() -> None:
+def test_bounds_fall_with_noise_samples_and_sensors() -> None:
     """In proportion to the noise, and to the square root of the time between samples."""
-    one, half, often = (
-        hl.identifiability(wall, noise, [5], UNTIL, sample_every=step, modulus=3e9).bounds["modulus"]
-        for noise, step in ((0.01, 1e-6), (0.005, 1e-6), (0.01, 2.5e-7))
+    one, half, often, two = (
+        hl.identifiability(wall, noise, sensors, UNTIL, sample_every=step, modulus=3e9).bounds["modulus"]
+        for noise, step, sensors in ((0.01, 1e-6, [5]), (0.005, 1e-6, [5]), (0.01, 2.5e-7, [5]), (0.01, 1e-6, [5, 7]))
     )
+    assert two < one
     assert half == pytest.approx(0.5 * one, rel=1e-3)
     assert often == pytest.approx(0.5 * one, rel=0.03)
 
@@ -170,12 +156,15 @@ def test_no_verdict_stands_where_the_model_does_not_fit(build: Any, ranges: Any)
     assert build is not wall or "modulus: at the end of its range; widen it" in str(found)
 
 
-def test_a_discrepancy_widens_the_interval_of_white_noise() -> None:
+def test_a_discrepancy_widens_the_interval_and_noise_that_is_too_low_explains_nothing() -> None:
     """By √(1 + s²) and more: what is correlated over n samples does not average out over them."""
     signal = tap(wall(3e9))
     given: dict[str, Any] = {"until": UNTIL, "guess": {"modulus": 3.02e9}, "modulus": (2e9, 4.5e9)}
-    exact, wide = (hl.identify(signal, wall, discrepancy=d, **given)["modulus"].error for d in (0.0, 0.01))
-    assert wide > 2.0 * exact
+    exact, wide = (hl.identify(signal, wall, discrepancy=d, **given) for d in (0.0, 0.01))
+    assert wide["modulus"].error > 2.0 * exact["modulus"].error
+    noise = float(exact.data.noise[0])
+    for part, explained in ((1.0, True), (0.8, False)):
+        assert hl.identify(signal, wall, noise=part * noise, **given).explained == explained
 
 
 def test_two_different_fits_are_both_reported() -> None:
@@ -185,7 +174,7 @@ def test_two_different_fits_are_both_reported() -> None:
         return wall(3e9 * (0.1 + 0.9 * root**2))
 
     with pytest.warns(hl.HertzlinkWarning, match="2 different fits are as good"):
-        found = hl.identify(tap(wall(3e9)), build, until=UNTIL, scan=16, starts=1, root=(-1.6, 1.5))
+        found = hl.identify(tap(wall(3e9)), build, until=UNTIL, starts=1, root=(-1.6, 1.5))
     assert sorted(round(mode["root"], 1) for mode in found.modes) == [-1.0, 1.0]
     assert found["root"].verdict == "blind"
     assert found["root"].interval[0] < -0.99
@@ -195,7 +184,7 @@ def test_two_different_fits_are_both_reported() -> None:
 def test_an_unknown_at_the_end_of_its_range_is_said_to_be_there() -> None:
     """So far from the truth that the fit is at an end, so near that noise hides it."""
     with pytest.warns(hl.HertzlinkWarning, match="at the end of its range; widen it"):
-        found = hl.identify(tap(wall(3e9), noise=0.1), wall, until=UNTIL, scan=8, starts=1, modulus=(3.1e9, 20e9))
+        found = hl.identify(tap(wall(3e9), noise=0.1), wall, until=UNTIL, starts=1, modulus=(3.1e9, 20e9))
     assert found.explained
     assert not found.identified
     assert found["modulus"].verdict == "at the end of its range"
@@ -208,23 +197,21 @@ def test_a_sensor_whose_wires_are_turned_is_fitted() -> None:
     assert found["gain 5"].value == pytest.approx(-1.0, rel=0.01)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_short_lead_gives_the_zero_of_the_force_with_an_error(seed: int) -> None:
+def test_a_short_lead_gives_the_zero_of_the_force_with_an_error() -> None:
     """The median of 200 samples errs by 0.09 times the noise, which 2 000 samples show; it is no error of the model."""
     run = wall(3e9).run(UNTIL, save_every=2.5e-7)
     time, curve = np.arange(0.0, LEAD / 2.0 + UNTIL, STEP / 4.0), CubicSpline(run.time.values, hl.sensor_force(run, 5))
     clean = np.where(time >= LEAD / 2.0, curve(np.clip(time - LEAD / 2.0, 0.0, UNTIL)), 0.0)
-    noise = 0.01 * clean.max()
-    force = clean + noise * (np.random.default_rng(seed).normal(size=time.size) + 0.2 * (np.arange(time.size) > 300))
-    found = hl.identify(
-        hl.as_signal(time, {5: force}), wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(2e9, 4.5e9)
-    )  # fmt: skip
+    force = clean + 0.01 * clean.max() * (
+        np.random.default_rng(0).normal(size=time.size) + 0.2 * (np.arange(time.size) > 300)
+    )
+    found = modulus_of(time, force)
     assert found.explained
     assert found["modulus"].value == pytest.approx(3e9, abs=3.3 / 1.96 * found["modulus"].error)
 
 
 def test_what_was_found_is_saved_and_read_back(tmp_path: Any) -> None:
-    found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, scan=8, starts=1, modulus=(1e9, 20e9))
+    found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, starts=1, modulus=(1e9, 20e9))
     found.save(tmp_path / "found.nc")
     with xr.open_dataset(tmp_path / "found.nc", engine="h5netcdf") as read:
         assert read.unknown.values.tolist() == list(found)
@@ -234,7 +221,7 @@ def test_what_was_found_is_saved_and_read_back(tmp_path: Any) -> None:
         assert "identify" in read.attrs["input"]
     assert all(len(line) <= 80 for line in str(found).splitlines())
     assert "modulus" in repr(found)
-    assert "<table>" in found._repr_html_()
+    assert "modulus" in found._repr_html_()
 
 
 def test_noise_is_estimated_to_some_per_cent() -> None:
@@ -245,23 +232,6 @@ def test_noise_is_estimated_to_some_per_cent() -> None:
     # Noise of low frequency, such as hum, shows in the lead alone.
     hum = 0.5 * np.sqrt(2.0) * np.sin(2.0 * np.pi * time / 97.0)
     assert estimated(pulse + hum + random.normal(0.0, 0.05, 1000)) == pytest.approx(0.5, rel=0.15)
-
-
-def test_derivatives_are_of_second_order_inside_a_range(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a closed form in the place of runs: half the step, a quarter of the error, at an end half of it."""
-    prediction = Prediction(wall, [Range("modulus", 1e9, 5e9)], [5], UNTIL)
-    time = np.linspace(0.0, 1.0, 50)
-
-    def traces(places: list[np.ndarray]) -> np.ndarray:
-        return np.array([[np.sin(3.0 * time + 2.0 * place[0])] for place in places])
-
-    monkeypatch.setattr(prediction, "traces", traces)
-    for place, order in ((0.0, 1.0), (0.5, 2.0), (1.0, 1.0)):
-        here, exact = traces([np.array([place])])[0], 2.0 * np.cos(3.0 * time + 2.0 * place)
-        one, two = (
-            abs(prediction.slopes(np.array([place]), here, np.array([step])) - exact).max() for step in (0.01, 0.02)
-        )
-        assert np.log2(two / one) == pytest.approx(order, abs=0.2), place
 
 
 def noisy(clean: np.ndarray, correlation: float, seed: int) -> np.ndarray:
@@ -292,10 +262,8 @@ def error_under(covariance: np.ndarray, terms: int = 2) -> float:
     return 1e9 * float(np.sqrt(np.linalg.inv(information)[0, 0]))
 
 
-def modulus_of(force: np.ndarray) -> Identification:
-    time = tapped()[0]
-    signal = hl.as_signal(time, {5: force})
-    return hl.identify(signal, wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
+def modulus_of(time: np.ndarray, force: np.ndarray) -> Identification:
+    return hl.identify(hl.as_signal(time, {5: force}), wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 2.0, 20.0])
@@ -303,7 +271,7 @@ def test_errors_under_noise_are_those_of_generalised_least_squares(correlation: 
     time, clean = tapped()
     along = np.exp(-np.arange(time.size) / correlation) if correlation else np.eye(time.size)[0]
     expected = error_under(1e-4 * toeplitz(along))
-    fits = [modulus_of(noisy(clean, correlation, seed)) for seed in range(3)]
+    fits = [modulus_of(time, noisy(clean, correlation, seed)) for seed in range(3)]
     assert np.mean([one["modulus"].error / 1.96 for one in fits]) == pytest.approx(expected, rel=0.3)
     assert all(abs(one["modulus"].value - 3e9) < 4.0 * expected for one in fits)
     assert sum(one.identified for one in fits) >= 2
@@ -316,7 +284,7 @@ def test_hum_and_drift_leave_the_interval_that_a_cubic_costs() -> None:
     level, expected = 0.01 * clean.max(), error_under(1e-4 * np.eye(time.size), 4)
     for seed in range(2):
         slow = 4.0 * level * np.sin(2.0 * np.pi * 50.0 * time + 0.7) + 3.0 * level * (2.0 * time / time[-1] - 1.0)
-        found = modulus_of(noisy(clean, 0.0, seed) + slow)
+        found = modulus_of(time, noisy(clean, 0.0, seed) + slow)
         assert found["modulus"].error / 1.96 == pytest.approx(expected, rel=0.1)
         assert found["modulus"].value == pytest.approx(3e9, abs=4.0 * expected)
         assert found.identified
@@ -328,51 +296,9 @@ def test_what_the_quiet_lead_does_not_show_is_an_error_of_the_model() -> None:
     """A slow force that begins with the waves could be taken off as drift, and the residual would be white."""
     time, clean = tapped()
     late = 0.05 * clean.max() * np.clip(time - 3e-4, 0.0, None) / 3e-4
-    found = modulus_of(noisy(clean, 0.0, 0) + late)
+    found = modulus_of(time, noisy(clean, 0.0, 0) + late)
     assert not found.explained
     assert "baseline" not in found.data
-
-
-def misfit_of(force: np.ndarray, time: np.ndarray, noise: float, nuisances: list[str], given: bool = False) -> Misfit:
-    prediction = Prediction(wall, [Range("modulus", 2e9, 4e9), Range("impact_speed", 0.2, 0.4)], [5], UNTIL)
-    return Misfit(prediction, Measured(time, [Sensor(5, force, noise)], given), nuisances, UNTIL)
-
-
-def test_projected_derivatives_are_those_of_the_residual_where_it_vanishes() -> None:
-    """Kaufman's approximation is exact for a residual of zero."""
-    time, places = np.arange(0.0, 5e-4, 1e-6), np.array([0.5, 0.55])
-    misfit = misfit_of(time, time, 1.0, ["gain", "offset", "time_zero"])
-    curve = Curves(misfit.prediction.trace(places), misfit.prediction.interval)
-    misfit.count(Measured(time, [Sensor(5, 1.4 * curve.at(time - 2e-5)[0] + 0.3, 1.0)]))
-    p = np.array([*places, 2e-5 / misfit.unit])
-    point = misfit.at(p, np.full(2, 1e-3))
-    assert abs(point.residual).max() < 1e-9
-    assert point.gains[0] == pytest.approx(1.4)
-    assert misfit.data(point).baseline.values == pytest.approx(0.3)
-    for k in range(3):
-        shift = 1e-3 * np.eye(3)[k]
-        change = (misfit.residual(p + shift) - misfit.residual(p - shift)) / 2e-3
-        np.testing.assert_allclose(point.projected[:, k], change, atol=2e-3 * abs(change).max())
-
-
-@pytest.mark.parametrize(
-    ("level", "given", "away", "explained"),
-    [
-        (1.0, True, 0.0, True), (0.9, True, 0.0, False), (0.9, False, 0.0, True),
-        (0.7, False, 0.0, False), (1.0, False, 0.1, False), (0.9, False, 0.1, False),
-    ],
-)  # fmt: skip
-def test_noise_estimated_too_low_hides_no_explanation(level: float, given: bool, away: float, explained: bool) -> None:
-    """χ² of the truth is 1/0.81 a sample: noise of a known size is not so, by 5 standard deviations. No estimate is too
-    low by 30 %, and the residual beside the truth is no noise. level: noise that is assumed, over the true one."""
-    time, places = np.arange(0.0, UNTIL, 1e-6 / 3.0), np.array([0.5, 0.55])
-    misfit = misfit_of(time, time, 1.0, ["gain"])
-    clean = Curves(misfit.prediction.trace(places), misfit.prediction.interval).at(time)[0]
-    force = clean + np.random.default_rng(0).normal(0.0, 0.01 * clean.max(), time.size)
-    misfit.count(Measured(time, [Sensor(5, force, level * 0.01 * clean.max())], given))
-    p = places + [away, 0.0]
-    residual = misfit.residual(p)
-    assert misfit.explains(float(residual @ residual), p) == explained
 
 
 def test_runs_that_fail_and_swapped_channels_explain_nothing() -> None:
@@ -382,12 +308,12 @@ def test_runs_that_fail_and_swapped_channels_explain_nothing() -> None:
         return wall(modulus)
 
     with pytest.warns(hl.HertzlinkWarning, match="runs failed, and were left out"):
-        found = hl.identify(tap(wall(3e9)), build, until=UNTIL, scan=16, starts=1, modulus=(1e9, 8e9))
+        found = hl.identify(tap(wall(3e9)), build, until=UNTIL, starts=1, modulus=(1e9, 8e9))
     assert found["modulus"].value == pytest.approx(3e9, rel=0.05)
     signal = tap(wall(3e9), (3, 7))
     forces = signal.sensor_force.transpose("sensor", "time").values
     swapped = hl.as_signal(signal.time.values, dict(zip((7, 3), forces, strict=True)))
-    assert not hl.identify(swapped, wall, until=UNTIL, scan=16, starts=1, modulus=(1e9, 20e9)).explained
+    assert not hl.identify(swapped, wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(1e9, 20e9)).explained
 
 
 def test_a_valley_beside_the_best_fit_belongs_to_the_interval() -> None:
@@ -418,6 +344,8 @@ SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arang
         ({"until": 5e-5}, "signal: 50 µs are compared, but the wave needs"),
         ({"until": -1.0}, "until = -1.0: must be a positive number of s"),
         ({"sensors": [99]}, r"sensor = 99|sensor 99"),
+        ({"signal": SIGNAL.assign_coords(sensor=[12])}, r"sensors = \[12\]: bead 12 is not in the chain, which has 10"),
+        ({"signal": wall(3e9).run(1e-5)}, "must name the beads of a run that are compared"),
         ({"modulus": (3e9, 3e9)}, "has no width; must be the lowest and the highest value"),
         ({"modulus": 3e9}, "modulus = 3000000000.0: must be the lowest and the highest value"),
         ({"modulus": (1e9, np.inf)}, "modulus = inf: must be a finite number"),
@@ -440,19 +368,6 @@ def test_bad_input_is_refused_in_a_line(change: Mapping[str, Any], message: str)
     assert "\n" not in str(caught.value)
 
 
-def test_a_sensor_beyond_the_chain_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"sensors = \[12\]: bead 12 is not in the chain, which has 10"):
-        hl.identify(hl.as_signal(SIGNAL.time, {12: SIGNAL.sensor_force.values[:, 0]}), wall, modulus=(1e9, 20e9))
-
-
-def test_a_run_needs_its_sensors_named_and_unknowns_are_needed() -> None:
-    run = wall(3e9).run(UNTIL)
-    with pytest.raises(ValueError, match="must name the beads of a run that are compared"):
-        hl.identify(run, wall, modulus=(1e9, 20e9))
-    with pytest.raises(ValueError, match="name at least one unknown of the builder"):
-        hl.identify(SIGNAL, wall)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -468,30 +383,6 @@ def test_a_run_needs_its_sensors_named_and_unknowns_are_needed() -> None:
 def test_bad_designs_are_refused(change: Mapping[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         hl.identifiability(wall, **{"until": UNTIL, "sensors": [5], "modulus": 3e9, **change})
-
-
-def test_places_and_values_of_ranges_belong_together() -> None:
-    for one in (range_of("a", (1e-3, 6e-3)), range_of("b", (1e8, 1e11)), range_of("c", [-2.0, 1.0])):
-        for place in (0.0, 0.3, 1.0):
-            assert one.place(one.value(place)) == pytest.approx(place, abs=1e-12)
-
-
-@pytest.mark.thorough
-def test_a_large_structure_is_reduced_for_the_fit() -> None:
-    """A plate as it is written, of 5 000 unknowns, is fitted as oscillators."""
-
-    def build(impact_speed: float) -> hl.CoSimulation:
-        plate = hl.kirchhoff_plate(0.2, 0.2, 4e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
-        return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, impact_speed), plate.at(0.05, 0.1))
-
-    signal = tap(build(0.31), lead=0.0)
-    given: dict[str, Any] = {"noise": 1.0, "guess": {"impact_speed": 0.31}, "impact_speed": (0.2, 0.5)}
-    found = hl.identify(signal, build, [], until=UNTIL, **given)
-    assert found["impact_speed"].identifiable
-
-
-LONGER = 8e-4
-"""A record that holds the primary and the secondary wave."""
 
 
 @pytest.mark.parametrize(("made_for", "lead", "warned"), [(6e-4, 1e-4, False), (3e-4, 2e-4, True)])
@@ -512,23 +403,6 @@ def test_a_prediction_is_no_longer_than_the_structure_was_made_for(made_for: flo
         assert np.isfinite(hl.identifiability(build, sensors=[5], thickness=4e-3).bounds["thickness"])
     with pytest.raises(ValueError, match=r"reduced for runs of at most .*; make it with that until, or take a shorter"):
         hl.identify(signal, build, until=1.1 * made_for, thickness=(2e-3, 6e-3))
-
-
-def test_a_fit_takes_one_thread_of_linear_algebra() -> None:
-    """While it searches; afterwards there are as many as before. Beside other work, threads wait for each other."""
-    seen = list[set[int]]()
-
-    def build(modulus: float) -> hl.CoSimulation:
-        seen.append({one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"})
-        return wall(modulus)
-
-    signal = tap(wall(3e9))
-    with threadpool_limits(2, "blas"):
-        hl.identify(signal, build, until=UNTIL, guess={"modulus": 2.9e9}, modulus=(1e9, 20e9))
-        after = {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
-    assert after == {2}
-    assert seen[-1] == {1}
-    assert seen.count({1}) > len(seen) / 2  # all but the first, which checks what build gives
 
 
 def test_an_unknown_that_must_be_a_whole_number_is_named() -> None:
@@ -559,7 +433,7 @@ def test_a_fit_of_many_unknowns_advises_another_seed() -> None:
     signal = tapped(**truth).run(6e-4, save_every=1e-6)
     ranges = {name: (0.9 * value, 1.15 * value) for name, value in truth.items()}
     with pytest.warns(hl.HertzlinkWarning, match="5 unknowns or more may end at a wrong minimum .* another seed"):
-        result = hl.identify(signal, tapped, sensors=[3, 7], noise=0.5, until=6e-4, scan=16, **ranges)
+        result = hl.identify(signal, tapped, sensors=[3, 7], noise=0.5, until=6e-4, **ranges)
     assert "another seed" in result.warnings[-1]
     assert "another seed" in str(result)
     assert result.explained

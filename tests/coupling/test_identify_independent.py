@@ -79,28 +79,6 @@ def test_a_plate_is_found_from_the_whole_ranges() -> None:
 
 
 @pytest.mark.thorough
-def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
-    """Over 12 draws of the noise, in standard deviations: 95 % of the errors are within 1.96.
-
-    The fits begin at the truth; that they come there from elsewhere is tested above.
-    """
-    time, clean = trace(Case(EdgedPlate(3e-3, 25e-3), until=UNTIL), SENSORS, SPEED, GAIN, TIME_ZERO)
-    truth = {"thickness": 3e-3, "distance": 25e-3, "impact_speed": SPEED, "time_zero": TIME_ZERO, "gain 7": GAIN}
-    scores = []
-    for seed in range(12):
-        drawn = np.random.default_rng(100 + seed)
-        forces = {n: row + NOISE * row.max() * drawn.standard_normal(row.size) for n, row in clean.items()}
-        guess = {name: truth[name] for name in RANGES}
-        found = hl.identify(hl.as_signal(time, forces), clamped, NUISANCES, guess=guess, **RANGES)
-        scores.append([1.96 * (found[name].value - value) / found[name].error for name, value in truth.items()])
-    # Standard errors over 12 draws: 0.29 of the mean, 0.20 of the standard deviation; bounds are three of them.
-    assert abs(np.mean(scores, axis=0)).max() < 0.87
-    assert np.std(scores, axis=0) == pytest.approx(1.0, abs=0.6)
-    # All five together, of which two or three are independent.
-    assert np.std(scores) == pytest.approx(1.0, abs=0.4)
-
-
-@pytest.mark.thorough
 def test_intervals_hold_under_each_kind_of_noise_as_often_as_they_say() -> None:
     """Two unknowns, noise of 2 % of the peak, a quiet lead of 400 samples, four draws of each kind.
 
@@ -143,7 +121,7 @@ def rod_found(length: float, seed: int) -> Identification:
         return hl.CoSimulation(chain(impact_speed), bar(length, modulus))
 
     ranges = {"length": (0.03, 0.3), "modulus": (50e9, 400e9), "impact_speed": RANGES["impact_speed"]}
-    return hl.identify(signal, build, NUISANCES, scan=32, starts=2, **ranges)
+    return hl.identify(signal, build, NUISANCES, starts=2, **ranges)
 
 
 @pytest.mark.thorough

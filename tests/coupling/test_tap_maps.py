@@ -55,6 +55,7 @@ def test_a_lost_file_costs_no_other_point(tmp_path: Path) -> None:
     assert set(MARKS) >= {"failed", "blind"}
 
 
+@pytest.mark.thorough
 def test_ar_and_tof_of_pulses_are_inside_their_intervals(tmp_path: Path) -> None:
     """24 points of single taps, 8 of 3 taps: of 95 % intervals at least 80 % hold the truth (p < 1e-4 and 0.01)."""
     rows = ["x / mm, y / mm, file"]
@@ -124,6 +125,7 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
         ("x / mm, y / mm, file\n0, 0, a, 5\n", ":2: has 4 cells under 3 columns"),
         ("x / mm, y / mm, file\n0, 0, a\n0, 0, a\n", ":3: names 'a' again, as line 2 does"),
         ("x / mm, y / mm, file\n", "has no points below its head"),
+        ("x / mm, y / mm, file\n0, 0, ../a.csv\n", ":2: '../a.csv' is not in the table's folder; move it there"),
         ("x / mm, y / mm, file, d / mm\n0, 0, a, far\n", ":2: column d: 'far' is no number with the unit mm"),
     ],
 )
