@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from functools import partial
 from threading import Lock
 from time import perf_counter
@@ -24,8 +25,8 @@ from hertzlink.explore.sliders import Slider
 from hertzlink.reports.page import drawn, svg
 from structures.caution import collected
 
-MOST_POINTS = 400
-"""Points of a trace: on a page some 800 pixels wide more cannot be seen."""
+MOST_POINTS = 400  # Of a trace: on a page some 800 pixels wide more cannot be seen.
+MEASURES = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")  # The incident wave has the first two.
 
 
 @dataclass
@@ -44,9 +45,10 @@ class Explorer:
         for name, text in values.items():
             if name not in sliders:
                 raise ValueError(f"{name[:40]!r}: there is no such slider; reload the page")
-            value = sliders[name].read(text)
-            if not sliders[name].is_start(text):
-                changes[sliders[name].path] = value
+            slider = sliders[name]
+            value = slider.read(text)
+            if (text if slider.choices else Decimal(text)) != slider.start:
+                changes[slider.path] = value
         return self.case.changed(changes)
 
     def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
@@ -59,19 +61,16 @@ class Explorer:
             run = self.run(case)
             waves, force = reflections(run, sensor), sensor_force(run, sensor)
             took = perf_counter() - began
-        shown = {"incident": waves.incident, "primary": waves.primary, "secondary": waves.secondary}
-        names = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")
+        shown = dict[str, dict[str, Any]]()
+        for kind, wave in (("incident", waves.incident), ("primary", waves.primary), ("secondary", waves.secondary)):
+            if isinstance(wave, NoWave):
+                shown[kind] = {"reason": wave.reason}
+            else:
+                shown[kind] = {name: float(getattr(wave, name)) for name in MEASURES if hasattr(wave, name)}
         times, forces = thinned(force)
         return {
-            "sensor": sensor,
-            "waves": {
-                kind: {"reason": wave.reason}
-                if isinstance(wave, NoWave)
-                else {name: float(getattr(wave, name)) for name in names if hasattr(wave, name)}
-                for kind, wave in shown.items()
-            },
-            "time": times.tolist(), "force": forces.tolist(), "until": case.until, "took": took,
-            "warnings": one_of_each([of_case(finding) for finding in findings]),
+            "sensor": sensor, "waves": shown, "time": times.tolist(), "force": forces.tolist(), "until": case.until,
+            "took": took, "warnings": one_of_each([of_case(finding) for finding in findings]),
         }  # fmt: skip
 
     def sketch(self, values: Mapping[str, str]) -> dict[str, str]:
@@ -90,11 +89,9 @@ class Explorer:
         self.one_at_a_time.acquire()
 
     def run(self, case: Case) -> xr.Dataset:
-        """Run the case at some values."""
         return case.run(self.simulation(case))
 
     def simulation(self, case: Case) -> CoSimulation:
-        """Return the co-simulation of the case at some values."""
         return case.simulation() if self.modes is None else self.modes.simulation(case.simulation)
 
 
@@ -104,7 +101,7 @@ def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
     reduced = case.tree.entries["run"].entries.get("reduce", True)
     if not moved or reduced is not True or any(slider.choices for slider in moved):
         return None
-    changes: list[dict[str, float]] = [{}, *({s.name: s.si(end)} for s in moved for end in (s.low, s.high))]
+    changes: list[dict[str, float]] = [{}, *({s.name: float(end * s.size)} for s in moved for end in (s.low, s.high))]
     return modes_of([case.changed(change).simulation for change in changes], case.until)
 
 

@@ -39,12 +39,10 @@ class Server(ThreadingHTTPServer):
         self.hosts = (f"{HOME}:{port}", f"localhost:{port}")
         self.address = f"http://{HOME}:{port}/?token={self.token}"
 
-    def server_bind(self) -> None:
-        """Bind, without asking for the name of this computer, which may take seconds."""
+    def server_bind(self) -> None:  # without asking for the name of this computer, which may take seconds
         socketserver.TCPServer.server_bind(self)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore a browser that closes its page: this is no error."""
+    def handle_error(self, request: Any, client_address: Any) -> None:  # a browser that closes its page is no error
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 
@@ -91,7 +89,6 @@ class Handler(BaseHTTPRequestHandler):
             self.send_json(422, {"error": f"the run failed: {words}"})
 
     def send_json(self, code: int, data: dict[str, Any]) -> None:
-        """Send numbers and words."""
         self.send_text(code, "application/json", json.dumps(data, ensure_ascii=False, allow_nan=False))
 
     def send_text(self, code: int, kind: str, text: str, nonce: str = "") -> None:
@@ -112,4 +109,4 @@ class Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing: the terminal stays quiet, and the token is nowhere else."""
+        pass  # the terminal stays quiet, and the token is nowhere else

@@ -14,20 +14,12 @@ from hertzlink.cases.tasks import Axis, Task, count_of_beads, unit_at, words_of
 from structures.material import Material
 from structures.units import factor
 
-STEPS = 50
-"""Steps of a slider from zero to its first value, or up to ten times as many."""
-
-LAYERS = 3
-"""Layers of a rod that get sliders."""
-
+STEPS = 50  # Of a slider from zero to its first value, or up to ten times as many.
+LAYERS = 3  # Of a rod that get sliders.
+# Ranges, as parts of the value in the case. Those of meshed plates are shorter, so that one basis serves them.
 WIDE, HALVES, NEAR, NEARER = (0.25, 3.0), (0.5, 2.0), (0.5, 1.5), (0.75, 1.25)
-"""Ranges, as parts of the value in the case. Those of meshed plates are shorter, so that one basis serves them."""
-
-PREFERRED = {"m": "mm", "Pa": "GPa"}
-"""Units of values that a case gives as plain numbers."""
-
+PREFERRED = {"m": "mm", "Pa": "GPa"}  # Units of values that a case gives as plain numbers.
 SENSOR: Path = ("measure", "sensor")
-
 NUMBER = re.compile(r"-?\d{1,15}(\.\d{1,15})?([eE][-+]?\d{1,2})?")
 
 
@@ -51,7 +43,6 @@ class Slider:
 
     @property
     def name(self) -> str:
-        """The path as text, which no other slider has."""
         return written(self.path)
 
     def read(self, text: str) -> Any:
@@ -70,10 +61,6 @@ class Slider:
             return f"{text} {self.unit}"
         return int(text) if self.whole else float(text)
 
-    def is_start(self, text: str) -> bool:
-        """Return whether a text that can be read is the first value, for which the case stays as it is."""
-        return text == self.start if self.choices else Decimal(text) == self.start
-
     def for_page(self) -> dict[str, Any]:
         """Return what the page needs to draw it."""
         numbers = {name: plain(getattr(self, name)) for name in ("low", "high", "step")}
@@ -81,13 +68,8 @@ class Slider:
         words = {"name": self.name, "label": self.label, "unit": self.unit, "start": start}
         return words | numbers | {"choices": list(self.choices), "whole": self.whole}
 
-    def si(self, value: Decimal) -> float:
-        """Return a value of the range in SI units."""
-        return float(value * self.size)
-
 
 def plain(value: Decimal) -> str:
-    """A number without zeros at its end."""
     return f"{value.normalize():f}"
 
 
@@ -186,8 +168,7 @@ def around(case: Case, path: Path, value: float, parts: tuple[float, float], mos
     return Slider(path, words_of(case, path), unit, min(low, first), high, first, size, Decimal(repr(number)))
 
 
-def digits(value: float) -> Decimal:
-    """Return a number without its last digits, which conversions leave."""
+def digits(value: float) -> Decimal:  # conversions leave last digits
     return Decimal(f"{value:.9g}")
 
 

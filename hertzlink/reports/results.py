@@ -48,10 +48,10 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
     numbers = traces.sensors_of(reading, sensors)
     page = Page("Run" if is_run else "Measured signal")
     several = data.sizes.get("chain", 1) > 1
-    for i in range(data.sizes["chain"]) if several else [None]:
-        who = "" if i is None else f" of chain {i}"
-        one = data if i is None else data.isel(chain=i)
-        fresh = yielded if i is None or yielded is None else yielded.isel(chain=i)
+    for i in range(data.sizes.get("chain", 1)):
+        who, name = (f" of chain {i}", f"-chain-{i}") if several else ("", "")
+        one = data.isel(chain=i) if several else data
+        fresh = yielded.isel(chain=i) if several and yielded is not None else yielded
         page.sentences.append(f"At bead {numbers[0]}{who} {waves_in_words(one, numbers[0])}.")
         if fresh is not None:
             page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(fresh, numbers[0])}.")
@@ -61,7 +61,7 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
             if fresh is not None:
                 traces.on_a_fresh_spot(fresh, numbers, ax)
 
-        name, beads = "" if i is None else f"-chain-{i}", ", ".join(map(str, numbers))
+        beads = ", ".join(map(str, numbers))
         words = f"Force at bead{'s' * (len(numbers) > 1)} {beads}{who}, and its waves."
         page.pictures.append(drawn(f"traces{name}", words, forces))
         if is_run and not Reading(one).at_sensors:
@@ -107,17 +107,16 @@ def wave_rows(data: xr.Dataset, sensor: int, spot: str = "") -> Iterator[tuple[s
     except ValueError as error:
         yield f"bead {sensor}", "", "", "", "", str(error)
         return
-    for name, wave in zip(waves._fields, waves, strict=True):
-        words = f"bead {sensor}, {name}{spot}"
+    for name, wave in waves._asdict().items():
+        numbers, remarks = ("", "", "", ""), list[str]()
         if isinstance(wave, NoWave):
-            yield words, "", "", "", "", f"none; {wave.reason}"
-            continue
-        texts, remarks = ("", ""), list[str]()
+            remarks = [f"none; {wave.reason}"]
+        else:
+            numbers = (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *getattr(wave, "texts", ("", "")))
         if isinstance(wave, ReflectedWave):
-            texts = wave.texts
             remarks = [f"begins at the {wave.begins}"] * (wave.begins != "unknown")
             remarks += [ABOVE_ONE] * (wave.amplitude_ratio > 1.0)
-        yield words, f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *texts, "; ".join(remarks)
+        yield f"bead {sensor}, {name}{spot}", *numbers, "; ".join(remarks)
 
 
 def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
@@ -328,7 +327,6 @@ def map_page(data: xr.Dataset) -> Page:
 
 
 def map_unknowns(point: xr.Dataset, names: list[str]) -> Iterator[Unknown]:
-    """Yield the unknowns at a point of a map."""
     for one in (point.sel(unknown=name) for name in names):
         interval = float(one.low), float(one.high)
         unit, size = str(one.unit.item()), float(one.unit_size)
