@@ -723,7 +723,7 @@ def _measures() -> dict[str, Target]:
             plots.picture,
             {
                 **{"motion": motion, "path": "body.png", "time": 2e-5, "show": "von_mises", "factor": 10.0},
-                **{"highest": 1e6, "run": moved, "frame_rate": 10.0},
+                **{"highest": 1e6, "run": moved},
             },
         ),
     }

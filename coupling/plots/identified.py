@@ -44,11 +44,6 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
         identified, grey where the model does not fit; unknowns of value 0 have no bar. "correlation": a matrix of the
         unknowns; those near ±1 cannot be told apart.
 
-    Raises
-    ------
-    ValueError
-        For anything else, and a sensor that was not compared.
-
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)

@@ -11,12 +11,8 @@ from structures.checks import instance, one_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHOWN = {"value": ("viridis", "#.4g"), "error": ("magma_r", ".1g")}
-"""What a map shows: its colours, and the format of its numbers."""
-
-MARKS = {"failed": "x", "not trusted": "o", "blind": "s", "at the end of its range": "^"}
-"""The marker on points of each verdict that is none of a value to rely on."""
-
+SHOWN = {"value": ("viridis", "#.4g"), "error": ("magma_r", ".1g")}  # colours, and the format of numbers
+MARKS = {"failed": "x", "not trusted": "o", "blind": "s", "at the end of its range": "^"}  # of verdicts to distrust
 MOST_NUMBERS = 49  # points of a map in which the numbers stand as well
 
 
@@ -38,11 +34,6 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     -------
     Axes
         A square for each point with a value; numbers where there are at most 49 points. Markers show verdicts.
-
-    Raises
-    ------
-    ValueError
-        For anything else.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """The motion inside bodies: displacement and stress at chosen times of a run, computed after the run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import sqrt
 from typing import Any
 
@@ -10,19 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from coupling.results.provenance import as_text, differences, provenance, stored
 from coupling.results.reading import Reading, contact_forces
-from coupling.results.schema import END_NAMES, OF_RUNS
+from coupling.results.schema import FIRST, OF_RUNS
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.deformable_chain import DeformableChain
 from particles.kernels import drives
-from structures.checks import count_of, each, finite, instance, listed, short, whole
+from structures.checks import each, finite, instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, known_field
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
 LARGEST_CONTACT_ERROR = 0.05  # of the recomputed contact displacement, as a fraction of the run's greatest
-TIME_ROUNDING = 1e-9  # relative; times that differ by less are equal
+ROUNDING = 1e-9  # relative, of times and of numbers that describe a chain
 CIRCULAR_DIFFERENCE = 1e-6  # of the relative curvatures of a circular contact at most, as a fraction of their sum
 MOST_LISTED = 3  # differences that an error lists
 
@@ -30,7 +30,6 @@ STRESS_COMPONENTS = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}
 """Positions of the components in the stress of a body of revolution."""
 
 BEAD_VARIABLES = ("displacement", "contact_force", "vibration_amplitude")
-ONE_THAT_WAS_RUN = "give the one that was run"
 
 
 def motion(
@@ -57,7 +56,7 @@ def motion(
     body : Structure or DeformableChain
         The chain; or the structure, reduced or not, with a field: see reduce(..., keep_field=True).
     times : array_like
-        Times, s, increasing.
+        Times, s.
     beads : int or sequence of int, optional
         Numbers of the beads of a chain; 0 is the striker. By default all.
     structure, behind : Structure or Surface, optional
@@ -79,13 +78,14 @@ def motion(
     Raises
     ------
     ValueError
-        For times outside the run, bodies other than those of the run, structures without a field, contacts that are
-        not circular, Datasets that are not a single run, and runs saved so rarely that contact_error exceeds 5 %.
+        For times outside the run, a chain other than that of the run, structures without a field, contacts that are
+        not circular, and Datasets that are not a single whole run; where contact_error exceeds 5 %, as of another
+        structure, or of a run saved too rarely.
 
     Notes
     -----
-    Bodies are compared with the input of the run. A point of a sweep holds the input of the first point; so of a chain
-    only places of bodies, modes and energy are compared.
+    A chain is compared with the input of the run. A point of a sweep holds the input of the first point; so there only
+    places of bodies, modes and energy are compared.
 
     Examples
     --------
@@ -106,27 +106,23 @@ def motion(
 
 
 def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
-    """Return the motion of a structure."""
     field = known_field(structure, "body")
     contacts, force, static = contact_forces(run)
     if "structure" in run.dims:
         raise ValueError("run: has several structures; choose that one with run.isel(structure=0)")
-    moments = run.time.values
-    if moments.size < 2:
-        raise ValueError("run: holds one time only; must be a whole run")
-    steps = np.diff(moments)
-    if moments[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
+    moments, steps = run.time.values, np.diff(run.time.values)
+    whole_run = moments.size > 1 and moments[0] == 0.0 and np.ptp(steps) <= 1e-6 * steps[0]
+    if not whole_run or not np.isfinite(force).all():
         raise ValueError("run: must be a whole run, from its start on, with every saved time")
     place = int(run.structure) if "structure" in run.coords else 0
     touching = [number for number, contact in enumerate(contacts) if contact.structure == place]
     points = [contacts[number].point for number in touching]
     if max(points, default=0) >= structure.contacts:
         raise ValueError(f"body: has {structure.contacts} contact points, that of the run more; give that one")
-    _refuse_another("body", structure, place, stored(run.attrs.get("input")), ONE_THAT_WAS_RUN)
-    if (until := float(moments[-1])) > structure.valid_until * (1.0 + TIME_ROUNDING):
+    if (until := float(moments[-1])) > structure.valid_until * (1.0 + ROUNDING):
         raise ValueError(f"body: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
 
-    rows = _nearest_rows(moments, times)
+    rows = _nearest_rows(run, times)
     pressed = np.zeros((moments.size, structure.contacts))
     pressed[:, points] = (force - static)[:, touching]
     moving = MovingStructure(structure)
@@ -139,6 +135,7 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
         if row in rows:
             states.append(state.displacement)
 
+    # The contact of another structure would move in another way.
     expected = run.surface_displacement.values.reshape(moments.size, -1)[: rows[-1] + 1, touching]
     actual = contact[:, points]
     greatest = max(abs(actual).max(initial=0.0), abs(expected).max(initial=0.0))
@@ -154,16 +151,17 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
 
 
 def _of_beads(chain: "_ChainOfRun", times: ArrayLike, beads: Any) -> xr.Dataset:
-    """Return the motion of the beads of a chain."""
-    moments = chain.run.time.values
-    rows, numbers = _nearest_rows(moments, times), chain.numbers(beads)
+    rows, last = _nearest_rows(chain.run, times), len(chain.bodies) - 1
+    given = [beads] if isinstance(beads, int | np.integer) else beads
+    first = 0 if chain.bodies[0] is not None else 1
+    wanted = range(first, last + 1) if given is None else listed("beads", given, object, "numbers")
+    numbers = sorted({whole("beads", number, first, last) for number in wanted})
     pushes = {number: chain.pushes(number, rows) for number in numbers}
     fields: dict[Bead, BeadField] = {}
     for bead in dict.fromkeys(chain.bodies[number] for number in numbers):
         alike = [pushes[number] for number in numbers if chain.bodies[number] == bead]
-        fields[bead] = BeadField(
-            bead, chain.chain.modes - 1, max(push.radius for one in alike for pair in one for push in pair)
-        )
+        largest = max(push.radius for one in alike for pair in one for push in pair)
+        fields[bead] = BeadField(bead, chain.chain.modes - 1, largest)
 
     # All beads become one grid, whose parts they are.
     points, cells, displacement, stress = list[Vector](), [], [], []
@@ -181,89 +179,63 @@ def _of_beads(chain: "_ChainOfRun", times: ArrayLike, beads: Any) -> xr.Dataset:
         stress.append(np.stack(stressed))
     parts = np.repeat(numbers, [len(part) for part in cells])
     grid = Grid(np.concatenate(points), np.concatenate(cells), field.grid.kind, parts, True)
-    tensor = np.concatenate(stress, axis=1)
-    motion = _dataset(chain.run, grid, moments[rows], np.concatenate(displacement, axis=1), von_mises(tensor))
-    motion["stress"] = (
-        ("time", "point", "stress_component"),
-        tensor[..., list(STRESS_COMPONENTS.values())],
-        {"units": "Pa", "long_name": "stress, positive in tension"},
-    )
+    tensor, moments = np.concatenate(stress, axis=1), chain.run.time.values[rows]
+    motion = _dataset(chain.run, grid, moments, np.concatenate(displacement, axis=1), von_mises(tensor))
+    components = tensor[..., list(STRESS_COMPONENTS.values())]
+    about = {"units": "Pa", "long_name": "stress, positive in tension"}
+    motion["stress"] = ("time", "point", "stress_component"), components, about
     of_points = np.repeat(numbers, [len(part) for part in points])
     motion = motion.assign_coords(bead=("point", of_points), stress_component=list(STRESS_COMPONENTS))
     return motion.assign_attrs(up=[0.0, 0.0, 1.0], depth="along the chain")
 
 
 class _ChainOfRun:
-    """A chain, body 0 of which is the striker, with what the run holds of it. Checks the run, see `motion`."""
+    """A chain, body 0 of which is the striker, with what the run holds of it; see `motion`."""
 
     def __init__(self, dataset: object, chain: DeformableChain, structure: object, behind: object) -> None:
-        self.chain = chain
         reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
-        self.run = run = reading.data
         reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
         reading.check_one_chain(*BEAD_VARIABLES)
-        if "time" not in run.dims:
-            raise ValueError("run: holds one time only; must be a whole run")
-        # A point of a sweep holds the input of the first one.
+        self.chain, self.run = chain, reading.data
+        run, count, own = self.run, len(chain.beads) + 1, int(self.run.chain) if "chain" in self.run.coords else 0
+        # A point of a sweep holds the input of the first one: there a few facts are compared.
         inputs: dict[str, Any] = {} if set(run.coords) - OF_RUNS else stored(run.attrs.get("input"))
-        count = len(chain.beads) + 1
-        self._check_chain(reading.beads[0], inputs)
-
-        # What faces the ends: the numbers of the structures, and the surfaces that the user gives.
-        here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
-        own = int(run.chain) if "chain" in run.coords else 0
-        touching = zip(reading.contacts, here, strict=True)
-        faced = {END_NAMES[one.end]: one.structure for one, there in touching if there and one.chain == own}
+        described = inputs["chains"][own] if "chains" in inputs else inputs.get("chain")
+        if described is not None:
+            unlike = list(differences(described, stored(as_text(chain.describe()))))
+        else:
+            modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
+            facts: dict[str, tuple[float, float]] = {
+                "beads": (reading.beads[0], count - 1),
+                "modes": (modes, chain.modes),
+                "length": (float(np.ptp(run.centre.values[:count])), float(np.ptp(chain.centres))),
+                "impact energy": (float(run.impact_energy), chain.impact_energy),
+            }
+            unlike = [
+                f"{name} = {there:.6g} there and {here:.6g} here"
+                for name, (there, here) in facts.items()
+                if not np.isclose(there, here, rtol=ROUNDING, atol=0.0)
+            ]
+        if unlike:
+            more = f" and {len(unlike) - MOST_LISTED} more" if len(unlike) > MOST_LISTED else ""
+            raise ValueError(
+                f"body: is not that of the run: {', '.join(unlike[:MOST_LISTED])}{more}; give the one that was run"
+            )
         self.ends: dict[str, Surface | None] = {}
-        for name, end, given in (("structure", "last bead", structure), ("behind", "first bead", behind)):
+        for name, given in (("structure", structure), ("behind", behind)):
             body: Any = instance(name, given, Structure | Surface | None, "a Structure, a Surface or None")  # type: ignore[arg-type]
+            if isinstance(body, Structure) and body.contacts > 1:
+                raise ValueError(f"{name}: has several contact points; give the Surface that this chain touches")
             self.ends[name] = body.surfaces[0] if isinstance(body, Structure) else body
-            if body is not None and end not in faced:
-                raise ValueError(f"{name} = {short(body)}: must be None, as nothing was there in the run")
-            if isinstance(body, Structure):
-                if body.contacts > 1:
-                    raise ValueError(f"{name}: has several contact points; give the Surface that this chain touches")
-                _refuse_another(name, body, faced[end], inputs, f"{ONE_THAT_WAS_RUN}, or its Surface")
 
         self.displacement = run.displacement.values[:, :count]
         self.amplitude = run.vibration_amplitude.values[:, :count, : chain.modes - 1]
         self.force = np.vstack([run.contact_force.values[:, :count], run.static_force.values[:count]])
         self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
         # If nothing touches the first bead, contact 1 holds an external force, which acts on the bead as a whole.
-        if chain.excitation.drive.kind == drives.PUSHED and "first bead" not in faced:
+        touched = any(contact.end == FIRST and contact.chain == own for contact in reading.contacts)
+        if chain.excitation.drive.kind == drives.PUSHED and not touched:
             self.force[:, 0] = 0.0
-
-    def _check_chain(self, count: int, inputs: Mapping[str, Any]) -> None:
-        """Raise a ValueError if the run, of a chain of `count` beads, is of another chain."""
-        run, chain = self.run, self.chain
-        if count != len(chain.beads):
-            beads = count_of(len(chain.beads), "bead")
-            raise ValueError(f"body: has {beads}, that of the run {count}; {ONE_THAT_WAS_RUN}")
-        modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
-        if modes != chain.modes:
-            raise ValueError(f"body: has modes = {chain.modes}, that of the run {modes}; {ONE_THAT_WAS_RUN}")
-        place = int(run.chain) if "chain" in run.coords else 0
-        described = inputs["chains"][place] if "chains" in inputs else inputs.get("chain")
-        if described is not None:
-            _refuse("body", described, chain.describe(), ONE_THAT_WAS_RUN)
-        if not np.allclose(run.centre.values[: count + 1], chain.centres, rtol=1e-9, atol=0.0):
-            raise ValueError(f"body: has other bodies than that of the run; {ONE_THAT_WAS_RUN}")
-        energy, own = float(run.impact_energy), chain.impact_energy
-        if not np.isclose(energy, own, rtol=1e-9, atol=0.0):
-            raise ValueError(
-                f"body: is struck with {own:.6g} J, that of the run with {energy:.6g} J; {ONE_THAT_WAS_RUN}"
-            )
-
-    def numbers(self, beads: Sequence[int] | int | None) -> list[int]:
-        """Return the numbers of the requested beads."""
-        first, last = 0 if self.bodies[0] is not None else 1, len(self.bodies) - 1
-        if beads is None:
-            return list(range(first, last + 1))
-        wanted = [beads] if isinstance(beads, int | np.integer) else listed("beads", beads, int | np.integer, "numbers")  # type: ignore[arg-type]
-        numbers = sorted({whole("beads", number, 0) for number in wanted})
-        if numbers[0] < first or numbers[-1] > last or len(numbers) < len(wanted):
-            raise ValueError(f"beads = {beads!r}: must be different numbers from {first} to {last}")
-        return numbers
 
     def pushes(self, number: int, rows: NDArray[np.intp]) -> list[tuple[Push, Push]]:
         """Return the pressures on the struck side of a bead and on the other side: at the rows, and last at rest."""
@@ -291,37 +263,14 @@ class _ChainOfRun:
         return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / sharp)
 
 
-def _refuse_another(name: str, structure: Structure, place: int, inputs: Mapping[str, Any], advice: str) -> None:
-    """Raise a ValueError if another structure was at a place of the run. Its reduction may differ."""
-    described = inputs["structures"][place] if "structures" in inputs else inputs.get("structure")
-    if isinstance(described, dict):
-        theirs, mine = ({**origin, "reduction": None} for origin in (described, structure.origin))
-        _refuse(name, theirs, mine, advice)
-
-
-def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
-    """Raise a ValueError if this differs from the input of the run, as plain data."""
-    if differing := list(differences(theirs, stored(as_text(mine)))):
-        more = f" and {len(differing) - MOST_LISTED} more" if len(differing) > MOST_LISTED else ""
-        raise ValueError(f"{name}: is not that of the run: {', '.join(differing[:MOST_LISTED])}{more}; {advice}")
-
-
-def _nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
-    """Return the rows of the saved times nearest to the requested ones, which must increase."""
-    wanted = np.atleast_1d(each(finite, "times", times, "s"))  # type: ignore[arg-type]
-    if wanted.ndim != 1 or not wanted.size:
-        raise ValueError(f"times = {times!r}: must be one time in s, or several")
+def _nearest_rows(run: xr.Dataset, times: ArrayLike) -> NDArray[np.intp]:
+    """Return the rows of the saved times nearest to the requested ones, in their order."""
+    moments, wanted = run.time.values, each(finite, "times", times, "s").ravel()  # type: ignore[arg-type]
     first, last = float(moments[0]), float(moments[-1])
-    late = TIME_ROUNDING * last
-    if wanted.min() < first - late or wanted.max() > last + late:
-        raise ValueError(f"times = {times!r}: must lie in the run, between {first:.6g} and {last:.6g} s")
-    rows = np.rint(np.interp(wanted, moments, np.arange(moments.size))).astype(np.intp)
-    if (np.diff(rows) <= 0).any():
-        step = moments[1] - first
-        raise ValueError(
-            f"times = {times!r}: must increase by the {step:.3g} s between saved times or more; take fewer"
-        )
-    return np.asarray(rows)
+    spare = ROUNDING * last
+    if not wanted.size or wanted.min() < first - spare or wanted.max() > last + spare:
+        raise ValueError(f"times = {short(times)}: must be in the run, between {first:.6g} and {last:.6g} s")
+    return np.unique(np.rint(np.interp(wanted, moments, np.arange(moments.size))).astype(np.intp))
 
 
 def _dataset(run: xr.Dataset, grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
@@ -347,12 +296,11 @@ def _dataset(run: xr.Dataset, grid: Grid, moments: Vector, displacement: Vector,
     return xr.Dataset(variables, coordinates, attributes)
 
 
-def known_motion(data: object) -> None:
-    """Raise a ValueError if this is not a Dataset of `motion`."""
+def known_motion(data: object) -> xr.Dataset:
+    """Return a Dataset of `motion`; a ValueError for anything else."""
     motion = instance("motion", data, xr.Dataset, "the Dataset of plots.motion(...)")
     missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
-    if motion.sizes.get("time") == 0:
-        raise ValueError("motion: holds no time")
-    if missing or motion.displacement.dims != ("time", "point", "component"):
-        what = ", ".join(sorted(missing)) or "one dimension of displacement (take times by isel(time=[...]))"
+    if missing or motion.displacement.dims != ("time", "point", "component") or not motion.sizes["time"]:
+        what = ", ".join(sorted(missing)) or "a time, or the dimension time (take times by isel(time=[...]))"
         raise ValueError(f"motion: lacks {what}; must be the Dataset of plots.motion(...)")
+    return motion

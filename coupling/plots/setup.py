@@ -7,7 +7,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from math import cos
+from math import cos, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,17 +16,15 @@ import xarray as xr
 from coupling.plots.canvas import COLOURS, INK, PALE, ROW, SMALL, axes_for, legend_below, plain
 from coupling.plots.swept import varied, words_of
 from coupling.results.provenance import stored
-from coupling.results.schema import END_NAMES
+from coupling.results.schema import FIRST, LAST
 from structures.checks import count_of, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST_BEADS, FIRST_BEADS, LAST_BEADS = 30, 6, 12  # a chain of more beads is drawn without its middle
 BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc", "#c3b8a6", "#b8ccc6")  # of named kinds; others are white
 LAYER_COLOURS = ("#9fb4c7", "#f0e2b6", "#c7a58f", "#b5cda3", "#cdb7d6", "#d9d9d9")
 SPACE = 26.0  # drawn depth and half-height of what has no ends
-LAST, FIRST = END_NAMES
 
 EDGES = {
     "clamped": {"color": INK, "linewidth": 3.0, "linestyle": "-"},
@@ -38,14 +36,11 @@ EDGES = {
 }
 """How an edge of each support is drawn."""
 
-CONTACT: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
-
 
 def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     """Draw the set-up of a run to scale: striker, beads, structure with its layers or its outline, and supports.
 
-    A plate is drawn from its side, and as seen along the chain, with its edges and additions. Chains of more than 30
-    beads are drawn without their middle.
+    A plate is drawn from its side, and as seen along the chain, with its edges and additions.
 
     Parameters
     ----------
@@ -59,11 +54,6 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     Axes
         Lengths in mm.
 
-    Raises
-    ------
-    ValueError
-        For a Dataset that does not hold the input of a run, such as a measured signal.
-
     Examples
     --------
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
@@ -76,21 +66,35 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     sketch = _Sketch(axes_for(ax, width=7.2))
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
         sketch.line([], [], f"varied, drawn is the first run: {words_of(run[name])}, {values}", linestyle="none")
-    # Each chain has a row: its name, and the structure and the number of its contact point at either end.
-    if "chain" in inputs:
-        rows = [("", inputs["chain"], {LAST: (inputs.get("structure"), 0)})]
-    else:
-        rows = []
-        for number, chain in enumerate(inputs["chains"]):
-            name, faced = f"chain {number}", {}
-            for of, end, structure, point in inputs.get("contacts", []):
-                if int(of) == number:
-                    name += f", contact {point} of structure {structure}"
-                    faced[LAST if end in (0, LAST) else FIRST] = inputs["structures"][int(structure)], int(point)
-            rows.append((name, chain, faced))
-    bottom = 0.0
-    for name, chain, faced in rows:
-        bottom = _draw_row(sketch, name, chain, faced, bottom) - 6.0
+    chains = inputs.get("chains") or [inputs["chain"]]
+    structures = inputs.get("structures") or [inputs.get("structure")]
+    contacts = [tuple(map(int, contact)) for contact in inputs.get("contacts", [(0, LAST, 0, 0)])]
+    # A row for each chain, whose last bead ends at x = 0; a plate is seen from the front in its first row alone.
+    top, fronts = 0.0, set[int]()
+    for number, chain in enumerate(chains):
+        faced = {end: (place, structures[place]) for of, end, place, _ in contacts if of == number}
+        half = max(0.5 * _size(bead)[1] for bead in chain["beads"])
+        half = max(half, *(_half_height(structure) for _, structure in faced.values()))
+        y = top - half - (9.0 if len(chains) > 1 else 0.0)
+        start = _draw_beads(sketch, chain["beads"], y)
+        if len(chains) > 1:
+            ends = (f"contact {point} of structure {place}" for of, _, place, point in contacts if of == number)
+            sketch.text(start, top - 5.0, ", ".join([f"chain {number}", *ends]), ha="left", va="center")
+            sketch.line([start], [top], linestyle="none")
+        if FIRST in faced:
+            _draw_side(sketch, faced[FIRST][1], start, y, -1.0)
+        else:
+            _draw_striker(sketch, chain, start, y)
+        top, (place, structure) = y - half, faced.get(LAST, (0, None))
+        if structure is None:
+            sketch.line([], [], "the last bead faces nothing", linestyle="none")
+            continue
+        far = _draw_side(sketch, structure, 0.0, y, 1.0)
+        if isinstance(structure, Mapping) and "thickness" in structure and place not in fronts:
+            fronts.add(place)
+            touching = {point: of for of, end, at, point in contacts if (end, at) == (LAST, place)}
+            top = min(top, _draw_front(sketch, structure, touching, far + 12.0, y, y + half))
+        top -= 6.0
 
     ax = sketch.ax
     ax.set_aspect("equal", anchor="N")
@@ -98,8 +102,8 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     ax.autoscale_view()
     left, right = ax.get_xlim()
     length = next((mm for mm in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if mm < 0.25 * (right - left)), 1.0)
-    sketch.line([left, left + length], [bottom, bottom], color=INK, linewidth=2.0, solid_capstyle="butt")
-    sketch.text(left + length, bottom, f" {length:g} mm", ha="left", va="center")
+    sketch.line([left, left + length], [top, top], color=INK, linewidth=2.0, solid_capstyle="butt")
+    sketch.text(left + length, top, f" {length:g} mm", ha="left", va="center")
     ax.margins(0.02)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     width = float(ax.get_figure(root=True).get_figwidth())  # type: ignore[union-attr]
@@ -135,11 +139,11 @@ class _Sketch:
         if words:
             self.entries.setdefault(words, patch)
 
-    def block(self, x: float, y: float, width: float, half: float, words: str, **look: Any) -> float:
-        """Draw a rectangle whose near side has its middle at (x, y); return the x of its far side."""
+    def block(self, x: float, ends: tuple[float, float], width: float, words: str, **look: Any) -> float:
+        """Draw a rectangle from x on, between two heights; return the x of its far side."""
         from matplotlib.patches import Rectangle
 
-        self.patch(Rectangle((min(x, x + width), y - half), abs(width), 2.0 * half), words, **look)
+        self.patch(Rectangle((min(x, x + width), ends[0]), abs(width), ends[1] - ends[0]), words, **look)
         return x + width
 
     def line(self, x: Any, y: Any, words: str = "", **look: Any) -> None:
@@ -159,34 +163,6 @@ class _Sketch:
         self.line([], [], words, color=COLOURS[1], marker=">", linestyle="none")
 
 
-def _draw_row(
-    sketch: _Sketch, name: str, chain: Mapping[str, Any], faced: Mapping[str, tuple[Any, int]], top: float
-) -> float:
-    """Draw one chain and what it faces, below `top`; return the lowest y."""
-    half = max(0.5 * _size(bead)[1] for bead in chain["beads"])
-    for structure, _ in faced.values():
-        layers = structure.get("layers") if isinstance(structure, Mapping) else None
-        if structure is not None:
-            half = max(half, 1.2e3 * max(float(layer["radius"]) for layer in layers) if layers else SPACE)
-    y = top - half - (9.0 if name else 0.0)
-    start = _draw_beads(sketch, chain["beads"], y)
-    if name:
-        sketch.text(start, top - 5.0, name, ha="left", va="center")
-        sketch.line([start], [top], linestyle="none")
-    if FIRST in faced:
-        _draw_side(sketch, faced[FIRST][0], start, y, -1.0)
-    else:
-        _draw_striker(sketch, chain, start, y)
-    structure, point = faced.get(LAST, (None, 0))
-    if structure is None:
-        sketch.line([], [], "the last bead faces nothing", linestyle="none")
-        return y - half
-    far = _draw_side(sketch, structure, 0.0, y, 1.0)
-    if not isinstance(structure, Mapping) or "thickness" not in structure:
-        return y - half
-    return min(y - half, _draw_front(sketch, structure, point, far + 12.0, y, top))
-
-
 def _draw_beads(sketch: _Sketch, beads: list[Any], y: float) -> float:
     """Draw the beads, whose last one ends at x = 0; return the x of the struck end."""
     from matplotlib.patches import Circle, Ellipse, Rectangle
@@ -194,23 +170,14 @@ def _draw_beads(sketch: _Sketch, beads: list[Any], y: float) -> float:
     kinds = Counter(map(_bead_in_words, beads))
     named = {words: f"{count} × {words}" for words, count in list(kinds.items())[: len(BEAD_COLOURS)]}
     others = count_of(len(kinds) - len(named), "other kind of bead", "other kinds of beads")
-    hidden = len(beads) - FIRST_BEADS - LAST_BEADS if len(beads) > MOST_BEADS else 0
-    shown = beads[:FIRST_BEADS] + beads[-LAST_BEADS:] if hidden else beads
-    gap = 2.0 * _size(shown[0])[0] if hidden else 0.0
-    x = start = -gap - sum(_size(bead)[0] for bead in shown)
-    for place, bead in enumerate(shown):
-        if hidden and place == FIRST_BEADS:
-            dots: dict[str, Any] = {"color": INK, "marker": ".", "markersize": 3.0, "linestyle": "none"}
-            words = count_of(hidden, "bead that is not drawn", "beads that are not drawn")
-            sketch.line(x + gap * np.array([0.25, 0.5, 0.75]), [y] * 3, words, **dots)
-            x += gap
+    x = start = -sum(_size(bead)[0] for bead in beads)
+    for bead in beads:
         width, height = _size(bead)
         words = _bead_in_words(bead)
         face = BEAD_COLOURS[list(named).index(words)] if words in named else "white"
+        shape: Any = Ellipse((x + 0.5 * width, y), width, height)
         if bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5:  # its side is seen
-            shape: Any = Rectangle((x, y - 0.5 * height), width, height)
-        else:
-            shape = Ellipse((x + 0.5 * width, y), width, height)
+            shape = Rectangle((x, y - 0.5 * height), width, height)
         sketch.patch(shape, named.get(words, others), facecolor=face)
         if bead.get("inner_radius"):
             sketch.patch(Circle((x + 0.5 * width, y), 1e3 * bead["inner_radius"]), linewidth=0.4)
@@ -237,17 +204,40 @@ def _draw_striker(sketch: _Sketch, chain: Mapping[str, Any], x: float, y: float)
         sketch.arrow(x - 2.0 * gap, x, y, "pushed: a force or a place over time")
 
 
+def _half_height(structure: Any) -> float:
+    """Return how far a structure is drawn to either side of the chain."""
+    data = structure if isinstance(structure, Mapping) else {}
+    if data.get("layers"):
+        return 1.2e3 * max(float(layer["radius"]) for layer in data["layers"])
+    if data.get("kind") == "beam":
+        return 1e3 * max(float(data["at"]), float(data["length"]) - float(data["at"]))
+    return 0.0 if structure is None else SPACE
+
+
 def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float) -> float:
     """Draw a structure from the side, whose face is at x, to the right or to the left; return its far end."""
     data: Mapping[str, Any] = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
-    kind = str(data.get("kind", "structure"))
+    kind, half = str(data.get("kind", "structure")), _half_height(structure)
+    ends = y - half, y + half
     of = f" of {_material(data)}" if data.get("material") else ""
     if "thickness" in data:
         thick = 1e3 * float(data["thickness"])
-        return sketch.block(x, y, sign * thick, SPACE, f"{kind}, {thick:.4g} mm{of}", facecolor=LAYER_COLOURS[0])
+        return sketch.block(x, ends, sign * thick, f"{kind}, {thick:.4g} mm{of}", facecolor=LAYER_COLOURS[0])
+    if kind == "beam":
+        # As thick as a rectangular section of its stiffness and mass.
+        length, away, material = 1e3 * data["length"], 1e3 * data["at"], data["material"]
+        area = data["mass_per_length"] / material["density"]
+        thick = 1e3 * sqrt(12.0 * data["bending_stiffness"] / (material["youngs_modulus"] * area))
+        words = f"beam{of}, {length:.4g} mm long, struck at {away:.4g} mm; thickness of a rectangular section"
+        ends = y + away - length, y + away
+        far = sketch.block(x, ends, sign * thick, words, facecolor=LAYER_COLOURS[0])
+        for support, end in zip(data.get("supports") or (), ends[::-1], strict=False):
+            look = EDGES.get(str(support), EDGES["elastic"])
+            sketch.line([x, far], [end, end], f"end: {support}", solid_capstyle="butt", **look)
+        return far
     if not data.get("layers"):
         words, hatch = (f"{kind}{of}", "//") if kind == "half-space" else (f"{kind}{of}, not to scale", "..")
-        return sketch.block(x, y, sign * SPACE, SPACE, words, facecolor="#e6e6e6", edgecolor=PALE, hatch=hatch)
+        return sketch.block(x, ends, sign * SPACE, words, facecolor="#e6e6e6", edgecolor=PALE, hatch=hatch)
 
     layers = [(_material(one), 1e3 * float(one["length"]), 1e3 * float(one["radius"])) for one in data["layers"]]
     names = list(dict.fromkeys(name for name, *_ in layers))
@@ -257,27 +247,32 @@ def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float)
         if len(alike) > 1:
             words = f"{name}, {len(alike)} layers, together {sum(alike):.4g} mm long"
         face = LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]
-        x = sketch.block(x, y, sign * length, radius, words, facecolor=face)
-    base, half = str(data.get("base")), 1.2 * max(radius for _, _, radius in layers)
+        x = sketch.block(x, (y - radius, y + radius), sign * length, words, facecolor=face)
+    base = str(data.get("base"))
     if base not in ("free", "contact", "None"):
         hatch = {"fixed": "////", "absorbing": "...."}.get(base, "++")
-        sketch.block(x, y, sign * 0.3 * half, half, f"base: {base}", hatch=hatch, linewidth=0.0)
+        sketch.block(x, ends, sign * 0.3 * half, f"base: {base}", hatch=hatch, linewidth=0.0)
     return x + sign * 0.3 * half
 
 
-def _draw_front(sketch: _Sketch, plate: Mapping[str, Any], point: int, x: float, y: float, top: float) -> float:
-    """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y."""
+def _draw_front(
+    sketch: _Sketch, plate: Mapping[str, Any], touching: Mapping[int, int], x: float, y: float, top: float
+) -> float:
+    """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y.
+
+    touching: the chain that touches each of its contact points.
+    """
+    contact: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
     rings = _rings(plate)
     if not rings:
         away = 1e3 * float(plate.get("distance") or 0.0)
-        sketch.block(x, y, away + SPACE, SPACE, "", facecolor="#eef1f4", linewidth=0.0)
+        sketch.block(x, (y - SPACE, y + SPACE), away + SPACE, "", facecolor="#eef1f4", linewidth=0.0)
         if away:
             kind = str(plate.get("edge", "free"))
-            words = f"edge: {kind}, {away:.4g} mm from the contact"
-            look = EDGES.get(kind, EDGES["free"])
+            words, look = f"edge: {kind}, {away:.4g} mm from the contact", EDGES.get(kind, EDGES["free"])
             sketch.line([x, x], [y - SPACE, y + SPACE], words, solid_capstyle="butt", **look)
         beyond = f"the outline is in {plate['mesh']}" if "mesh" in plate else "the plate continues beyond the picture"
-        sketch.line([x + (away or 0.5 * SPACE)], [y], f"contact; {beyond}", **CONTACT)
+        sketch.line([x + (away or 0.5 * SPACE)], [y], f"contact; {beyond}", **contact)
         return y - SPACE
 
     corners = np.concatenate([ring for ring, _ in rings])
@@ -290,13 +285,6 @@ def _draw_front(sketch: _Sketch, plate: Mapping[str, Any], point: int, x: float,
         x, y = (corner + factor * (np.reshape(places, (-1, 2)) - low)).T
         sketch.line(x, y, words, **look)
 
-    cells = plate.get("cells")
-    if "corners" not in plate and isinstance(cells, Sequence) and len(cells) == 2:
-        # A uniform mesh. Others depend on the contact, and are not drawn.
-        along_x, along_y = (np.linspace(low[i], high[i], cells[i] + 1)[1:-1] for i in (0, 1))
-        lines = [[(at, low[1]), (at, high[1])] for at in along_x] + [[(low[0], at), (high[0], at)] for at in along_y]
-        for ends in lines:
-            draw(ends, f"mesh, {cells[0]} × {cells[1]} cells", color=PALE, linewidth=0.25)
     for ring, names in rings:
         for name, start, end in zip(names, ring, np.roll(ring, -1, axis=0), strict=True):
             kind = (plate.get("supports") or {}).get(name, "free")
@@ -312,16 +300,17 @@ def _draw_front(sketch: _Sketch, plate: Mapping[str, Any], point: int, x: float,
             draw(place, "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
         elif "start" in addition and "end" in addition:
             draw(1e3 * np.array([addition["start"], addition["end"]]), "stiffener", color=COLOURS[3], linewidth=2.5)
-    for number, place in enumerate(1e3 * np.reshape(plate.get("at") or [], (2, -1)).T):
-        words = f"contact at ({place[0]:.4g}, {place[1]:.4g}) mm" if number == point else "other contacts"
-        draw(place, words, **CONTACT, markerfacecolor=COLOURS[1] if number == point else "white")
+    for point, place in enumerate(1e3 * np.reshape(plate.get("at") or [], (2, -1)).T):
+        of = f" of chain {touching[point]}" if point in touching and len(touching) > 1 else ""
+        words = f"contact{of} at ({place[0]:.4g}, {place[1]:.4g}) mm" if point in touching else "other contacts"
+        draw(place, words, **contact, markerfacecolor=COLOURS[1] if point in touching else "white")
     scale = "" if factor == 1.0 else f", drawn × {factor:.2g}"
     words = f"right: seen along the chain, {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm{scale}"
     sketch.line([], [], words, linestyle="none")
     return float(corner[1])
 
 
-def _rings(plate: Mapping[str, Any]) -> list[tuple[Any, list[str]]]:
+def _rings(plate: Mapping[str, Any]) -> Sequence[tuple[Any, list[str]]]:
     """Return the outline and its holes, with the names of their edges; nothing of a plate without an outline."""
     if "corners" in plate:
         outer = 1e3 * np.array(plate["corners"])

@@ -1,5 +1,6 @@
 """Plots of AR and TOF over a parameter of a sweep, with the reasons for missing values."""
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,11 +52,6 @@ def swept(
     Axes
         A cross at the bottom marks each point without such a wave; no such point is drawn as 0.
 
-    Raises
-    ------
-    ValueError
-        For one run, more than two parameters or more than six curves, and a sensor that the Dataset does not hold.
-
     Examples
     --------
     >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 14, hl.Sphere(4.76e-3, hl.STEEL_440C), 0.1)
@@ -101,11 +97,10 @@ def swept(
         gaps = np.flatnonzero(np.isnan(curve.values))
         if gaps.size:
             reasons = [_reason(runs.isel({along: int(gap), **at}), sensor, wave) for gap in gaps]
-            # Reasons that differ in numbers only stand once, with the greatest last number: that of the longest record.
-            kinds: dict[str, list[str]] = {}
-            for reason in reasons:
-                kinds.setdefault(NUMBER.sub("#", reason), []).append(reason)
-            texts = [f"{max(kind, key=_last_number)} ({count_of(len(kind), 'point')})" for kind in kinds.values()]
+            # Reasons that differ in numbers only stand once.
+            kinds = Counter(NUMBER.sub("#", reason) for reason in reasons)
+            last = {NUMBER.sub("#", reason): reason for reason in reasons}
+            texts = [f"{last[kind]} ({count_of(count, 'point')})" for kind, count in kinds.items()]
             mark_missing(ax, x[gaps], number, label=f"no {wave} wave: {'; '.join(texts)}")
     if not is_number:
         ax.set_xticks(x, [plain(str(value)) for value in values[along].values])
@@ -122,7 +117,7 @@ def swept(
 
 
 def words_of(values: xr.DataArray) -> str:
-    """Return what a parameter is, in words: its attribute `long_name`, or its name."""
+    """Return what a parameter is, in words."""
     return plain(str(values.attrs.get("long_name") or in_words(str(values.name))))
 
 
@@ -185,7 +180,3 @@ def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
     waves = reflections(point, sensor)
     missing = getattr(waves, wave, waves.secondary)
     return str(missing.reason) if isinstance(missing, NoWave) else "no such wave was found"
-
-
-def _last_number(text: str) -> float:
-    return max([float(number[0]) for number in NUMBER.finditer(text)][-1:], default=0.0)

@@ -54,11 +54,6 @@ def traces(
     Axes
         Time in µs, force above the preload in N. A missing wave is named in the legend, with the reason.
 
-    Raises
-    ------
-    ValueError
-        For a sweep, a sensor that the Dataset does not hold, and parameters by which it has no derivatives.
-
     Examples
     --------
     >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 16, None, impact_speed=0.44)
@@ -115,11 +110,6 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     Axes
         Time in µs, contacts from the struck end at the top to the structure at the bottom; a colour bar, N.
 
-    Raises
-    ------
-    ValueError
-        For a sweep, a signal and a run of several chains.
-
     Examples
     --------
     >>> chain = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 16, None, impact_speed=0.44)
@@ -168,11 +158,6 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     Axes
         Time in µs, energies in a handy unit. Work of a piston or a force history is part of the sum. Where the energy
         of a structure is unknown, the work done on it replaces it.
-
-    Raises
-    ------
-    ValueError
-        For a sweep, and a Dataset without energies.
 
     Examples
     --------

@@ -1,18 +1,20 @@
-"""Pictures and animations of a `motion`, drawn off-screen by pyvista in a figure of matplotlib."""
+"""Pictures and animations of a `motion`, drawn off-screen by pyvista, and ParaView's files."""
 
 import os
+import re
+import shutil
 from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.plots.canvas import COLOURS
 from coupling.plots.motion import known_motion
 from coupling.results.reading import Reading
 from structures.checks import finite, not_negative, one_of, positive
@@ -37,6 +39,7 @@ SIGHT = (-0.45, 0.75, -0.48)
 
 MEDIA = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 SUFFIXES = (*MEDIA, ".pdf")
+FRAME_TIME = 100  # of an animation, ms
 
 NO_WINDOW = (
     "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
@@ -63,7 +66,6 @@ def picture(
     factor: float | None = None,
     highest: float | None = None,
     run: xr.Dataset | None = None,
-    frame_rate: float = 10.0,
 ) -> Path:
     """Draw a `motion` at one time, or all of it as an animation.
 
@@ -85,9 +87,7 @@ def picture(
     highest : float, optional
         Upper end of the colours, Pa or m; by default a round number that 95 % of the body does not exceed.
     run : xarray.Dataset, optional
-        The run of the motion, whose force is then drawn below: on the structure, or through the drawn beads.
-    frame_rate : float
-        Pictures of an animation per second.
+        The run of the motion, whose force on the structure is then drawn below.
 
     Returns
     -------
@@ -99,39 +99,107 @@ def picture(
     ValueError
         For a time outside the motion, a wrong name, or a time for an animation.
     OSError
-        If the machine has no OpenGL for drawing.
+        Where the machine cannot draw off-screen.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
     >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0, modes=2)
     >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
     >>> motion = hl.plots.motion(run, chain, times=[4e-6, 5e-6], beads=[1])
-    >>> hl.plots.picture(motion, "body.png", time=5e-6)  # doctest: +SKIP
-    NotebookPath('body.png')
+    >>> hl.plots.picture(motion, "bead.png", factor=0.0).name  # doctest: +SKIP
+    'bead.png'
     """
-    known_motion(motion)
-    target, rate = Path(path), positive("frame_rate", frame_rate, "1/s")
+    motion, target = known_motion(motion), Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in {', '.join(SUFFIXES)}")
-    if not target.parent.is_dir():
-        raise ValueError(f"path = {str(path)!r}: its folder does not exist")
     animated = target.suffix.lower() == ".gif"
     if animated and time is not None:
-        raise ValueError(f"time = {time!r}: must be None for an animation, {target.suffix}, which shows all times")
+        raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
     if not animated:
         size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
         motion = motion.isel(time=[int(size.argmax()) if time is None else _nearest(motion, time)])
     view = _View(motion, show, factor, highest, run, dots=110 if animated else 200)
-    with TemporaryDirectory(prefix=".", dir=target.parent) as folder:
-        part = Path(folder, target.name)
+    with written_whole("path", target) as part:
         if animated:
-            _write_gif(part, [view.pixels(number) for number in range(motion.sizes["time"])], rate)
+            _write_gif(part, [view.pixels(number) for number in range(motion.sizes["time"])])
         else:
             view.draw(0).savefig(part, dpi=view.dots)
-        os.replace(part, target)
     return NotebookPath(path)
+
+
+def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
+    """Write a `motion` for ParaView: motion_0000.vtu, ... and motion.pvd.
+
+    The files hold displacement (m), von Mises stress and, for beads, the stress components (Pa), and for each cell its
+    part. Cells stay quadratic. A body of revolution is written as its half-plane (r, 0, −z).
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        From `motion`.
+    folder : str or Path
+        The folder to write. A folder that holds only an earlier motion is replaced.
+
+    Returns
+    -------
+    Path
+        The path of motion.pvd.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds other files, or cannot be written.
+
+    Examples
+    --------
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0, modes=2)
+    >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
+    >>> motion = hl.plots.motion(run, chain, times=[4e-6, 5e-6], beads=[1])
+    >>> hl.plots.write_vtu(motion, "paraview").name
+    'motion.pvd'
+    """
+    import meshio  # type: ignore[import-untyped]
+
+    motion, target = known_motion(motion), Path(folder)
+    if target.exists() and not target.is_dir():
+        raise ValueError(f"folder = {str(folder)!r}: is no folder; name another")
+    for path in target.iterdir() if target.exists() else ():
+        if not re.fullmatch(r"motion(_\d+)?\.(vtu|pvd)", path.name):
+            raise ValueError(f"folder = {str(folder)!r}: holds {path.name}; name another")
+    with written_whole("folder", target) as part:
+        part.mkdir()
+        listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
+        collection = ElementTree.SubElement(listing, "Collection")
+        cells, parts = [(motion.attrs["cell_type"], motion.cells.values)], {"part": [motion.part.values]}
+        for number, moment in enumerate(motion.time.values.tolist()):
+            fields = {name: motion[name].values[number] for name in ("displacement", "von_mises")}
+            for which in motion.stress_component.values if "stress" in motion else ():
+                fields[f"{which}_stress"] = motion.stress.sel(stress_component=which).values[number]
+            name = f"motion_{number:04d}.vtu"
+            meshio.Mesh(motion.position.values, cells, fields, parts).write(part / name)
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(moment), part="0", file=name)
+        ElementTree.indent(listing)
+        ElementTree.ElementTree(listing).write(part / "motion.pvd", encoding="utf-8", xml_declaration=True)
+    return target / "motion.pvd"
+
+
+@contextmanager
+def written_whole(name: str, path: Path) -> Iterator[Path]:
+    """Yield a path beside that of a file or folder; what is written there replaces it at the end, whole or not at all.
+
+    name: of the argument.
+    """
+    parent = path.absolute().parent
+    if not parent.is_dir():
+        raise ValueError(f"{name} = {str(path)!r}: its parent folder does not exist")
+    with TemporaryDirectory(prefix=".", dir=parent) as folder:
+        part = Path(folder, path.name)
+        yield part
+        if path.is_dir():
+            shutil.rmtree(path)
+        os.replace(part, path)
 
 
 def _nearest(motion: xr.Dataset, time: float) -> int:
@@ -143,7 +211,7 @@ def _nearest(motion: xr.Dataset, time: float) -> int:
     return int(np.argmin(abs(moments - wanted)))
 
 
-def _write_gif(path: Path, images: list[NDArray[np.uint8]], rate: float) -> None:
+def _write_gif(path: Path, images: list[NDArray[np.uint8]]) -> None:
     """Write frames that share the colours of one palette; otherwise they would flicker."""
     from PIL import Image
 
@@ -151,7 +219,7 @@ def _write_gif(path: Path, images: list[NDArray[np.uint8]], rate: float) -> None
     sample = Image.fromarray(np.concatenate([image[::2, ::2] for image in images]))
     palette = sample.quantize(256, method=Image.Quantize.MAXCOVERAGE)
     flat = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    flat[0].save(path, save_all=True, append_images=flat[1:], duration=round(1e3 / rate), loop=0, optimize=False)
+    flat[0].save(path, save_all=True, append_images=flat[1:], duration=FRAME_TIME, loop=0, optimize=False)
 
 
 class _View:
@@ -163,8 +231,7 @@ class _View:
     ) -> None:  # fmt: skip
         self.name, self.unit, self.colours = QUANTITIES[one_of("show", show, QUANTITIES)]
         self.motion, self.dots, self.flat = motion, dots, motion.attrs["shape"] == "revolution"
-        self.history = None if run is None else _history(run, motion)
-        self.stretch = 1.0
+        self.force = None if run is None else _force(run, motion)
         sides = np.ptp(self._grid().points, axis=0)
         moved = np.asarray(motion.displacement.values, dtype=float)
         greatest = float(np.linalg.norm(moved, axis=-1).max())
@@ -194,10 +261,10 @@ class _View:
         """Choose the directions of the picture, to the right, up, and towards the viewer, and its corners, m."""
         up = np.array([0.0, 0.0, 1.0] if self.flat else self.motion.attrs["up"])
         up /= np.linalg.norm(up)
-        ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
-        ahead /= np.linalg.norm(ahead)
         sight = np.array([0.0, 1.0, 0.0])
         if not self.flat:
+            ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
+            ahead /= np.linalg.norm(ahead)
             sight = np.array(SIGHT) / np.linalg.norm(SIGHT) @ np.array([np.cross(ahead, up), ahead, up])
         right = np.cross(sight, up)
         right /= np.linalg.norm(right)
@@ -205,9 +272,6 @@ class _View:
         width, height, _ = np.ptp(self._grid().points @ frame.T, axis=0)
         self.lying = bool(height > 2.5 * width)
         self.frame = np.array([-frame[1], frame[0], frame[2]]) if self.lying else frame
-        # The radius of a slender section is drawn larger.
-        ratio = max(width, height) / min(width, height) / 9.0
-        self.stretch = round_number(ratio, up=True) if self.flat and ratio > 1.0 else 1.0
         moments = [None, *range(self.motion.sizes["time"])]
         places = np.concatenate([self._grid(moment).points for moment in moments]) @ self.frame[:2].T
         margin = 0.03 * np.ptp(places, axis=0).max()
@@ -223,8 +287,9 @@ class _View:
         places = motion.position.values.astype(float)
         if number is not None:
             places = places + self.factor * motion.displacement.values[number]
-        kind = getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]])
-        grid: Any = pyvista.UnstructuredGrid({kind: cells}, places * [self.stretch, 1.0, 1.0])
+        grid: Any = pyvista.UnstructuredGrid(
+            {getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]]): cells}, places
+        )
         if number is not None:
             grid["value"] = self.values[number]
         return grid.merge(grid.reflect((1.0, 0.0, 0.0))) if self.flat and halves == 2 else grid
@@ -267,20 +332,21 @@ class _View:
         from matplotlib.colors import Normalize
         from matplotlib.figure import Figure
 
-        below = 0.0 if self.history is None else 1.7
+        below = 0.0 if self.force is None else 1.7
         width = min(4.8, 3.8 * self.size[0] / self.size[1])
         height, wide = width * self.size[1] / self.size[0], self.size[1] < 0.6 * self.size[0]
         figure = Figure((max(3.9, width + (0.9 if wide else 1.9)), height + (1.9 if wide else 1.1) + below), self.dots)
         figure.set_layout_engine("constrained")
-        rows: Any = figure.subplots(
-            1 if self.history is None else 2, height_ratios=[height + 1.0, below][: 1 + bool(below)]
-        )
-        body = rows if self.history is None else rows[0]
+        heights = [height + 1.0] if self.force is None else [height + 1.0, below]
+        body, *others = figure.subplots(len(heights), height_ratios=heights, squeeze=False)[:, 0]
         (left, bottom), (right, top) = (1e3 * corner for corner in self.corners)
-        upright = self.flat and not self.lying
+        upright = self.flat and not self.lying  # its depth is −z
         extent = (left, right, -bottom, -top) if upright else (left, right, bottom, top)
         body.imshow(self.image(number, round(2.0 * self.dots * width)), extent=extent, interpolation="antialiased")
-        body.set_title(self._title(number), fontsize=9.0)
+        moment = 1e6 * float(self.motion.time[number])
+        times = f"{self.factor:,.0f}".replace(",", "\N{THIN SPACE}") if self.factor >= 1e3 else f"{self.factor:g}"
+        moved = f",  displacement × {times}" if self.factor > 0.0 else ""
+        body.set_title(f"t = {moment:.1f} µs{moved}", fontsize=9.0)
         factor, unit = handy([5.0 * self.high], self.unit)  # in which the highest value is 0.2 or more
         over, under = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
         figure.colorbar(
@@ -290,46 +356,26 @@ class _View:
         )  # fmt: skip
         if self.flat:
             depth = f"{self.motion.attrs.get('depth', 'depth')} (mm)"
-            radius = "r (mm)" if self.stretch == 1.0 else f"r (mm)\ndrawn × {self.stretch:g}"
-            body.set(xlabel=depth if self.lying else radius, ylabel=radius if self.lying else depth)
+            body.set(xlabel=depth if self.lying else "r (mm)", ylabel="r (mm)" if self.lying else depth)
             across = body.yaxis if self.lying else body.xaxis
-            across.set_major_formatter(lambda value, _: f"{abs(value) / self.stretch:g}")
+            across.set_major_formatter(lambda value, _: f"{abs(value):g}")
             body.locator_params(axis="y" if self.lying else "x", nbins=4)
-        else:
-            self._scale_bar(body, left, right, bottom)
-        if self.history is not None:
-            self._draw_force(rows[1], 1e6 * float(self.motion.time[number]))
+        else:  # a bar of a round length in place of axes
+            body.set_axis_off()
+            length, middle = round_number(0.3 * (right - left)), (left + right) / 2.0
+            ends = [middle - 0.5 * length, middle + 0.5 * length]
+            body.plot(ends, [bottom, bottom], color="black", linewidth=2.0, clip_on=False, solid_capstyle="butt")
+            body.annotate(
+                f"{length:g} mm", (middle, bottom), (0.0, -4.0), textcoords="offset points", ha="center", va="top",
+                fontsize=9.0, annotation_clip=False,
+            )  # fmt: skip
+        if self.force is not None:
+            (axes,) = others
+            axes.plot(1e6 * self.force.time, self.force, color="#0072B2", linewidth=0.8)
+            axes.axvline(moment, color="#D55E00", linewidth=0.8)
+            axes.set(xlabel="time (µs)", ylabel="force on the\nstructure (N)")
+            axes.margins(x=0.0)
         return figure
-
-    def _title(self, number: int) -> str:
-        moment, times = f"t = {1e6 * float(self.motion.time[number]):.1f} µs", f"{self.factor:g}"
-        if self.factor >= 1e3:
-            times = f"{self.factor:,.0f}".replace(",", "\N{THIN SPACE}")
-        return f"{moment},  displacement × {times}" if self.factor > 0.0 else moment
-
-    def _scale_bar(self, axes: Any, left: float, right: float, bottom: float) -> None:
-        """Draw a bar of a round length below a 3-D body, in place of axes."""
-        axes.set_axis_off()
-        length, middle = round_number(0.3 * (right - left)), (left + right) / 2.0
-        ends = [middle - 0.5 * length, middle + 0.5 * length]
-        axes.plot(ends, [bottom, bottom], color="black", linewidth=2.0, clip_on=False, solid_capstyle="butt")
-        axes.annotate(
-            f"{length:g} mm", (middle, bottom), (0.0, -4.0), textcoords="offset points", ha="center", va="top",
-            fontsize=9.0, annotation_clip=False,
-        )  # fmt: skip
-
-    def _draw_force(self, axes: Any, now: float) -> None:
-        assert self.history is not None
-        force, name = self.history
-        for place, trace in enumerate(force.values.reshape(force.time.size, -1).T):
-            label = f"bead {force.bead.values[place]}" if force.ndim > 1 else None
-            style = ("-", "--", ":", "-.")[place // len(COLOURS) % 4]
-            axes.plot(1e6 * force.time, trace, style, color=COLOURS[place % len(COLOURS)], linewidth=0.8, label=label)
-        if force.ndim > 1:
-            axes.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.45), frameon=False, fontsize=8.0)
-        axes.axvline(now, color="#D55E00", linewidth=0.8)
-        axes.set(xlabel="time (µs)", ylabel=name)
-        axes.margins(x=0.0)
 
     def pixels(self, number: int) -> NDArray[np.uint8]:
         """Return the figure at the time of this number, height × width × 3."""
@@ -340,20 +386,14 @@ class _View:
         return np.array(canvas.buffer_rgba())[..., :3]
 
 
-def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[xr.DataArray, str]:
-    """Return the force, N, up to the end of an animation, and its name: on the structure relative to the preload, or
-    through the beads that are drawn."""
-    if "bead" in motion.coords:
-        drawn = np.unique(motion.bead)
-        if "section_force" not in run or set(run.section_force.dims) != {"time", "bead"} or drawn[-1] >= run.bead.size:
-            raise ValueError("run: must be the Dataset of one run, that of the beads' motion")
-        force, name = run.section_force.isel(bead=drawn).transpose("time", "bead"), "force through\nthe beads (N)"
-    else:
-        reading = Reading(run, "the Dataset of a run")
-        reading.check_one_chain("contact_force")
-        force, name = reading.dynamic_force().isel(contact=reading.beads[0]), "force on the\nstructure (N)"
+def _force(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:
+    """Return the force on the structure relative to the preload, N, up to the end of an animation."""
+    reading = Reading(run, "the Dataset of a run")
+    reading.check_one_chain("contact_force")
     end = float(motion.time[-1]) if motion.sizes["time"] > 1 else float(run.time[-1])
-    return force.sel(time=slice(None, max(end, 2.0 * float(run.time[1])))), name
+    return (
+        reading.dynamic_force().isel(contact=reading.beads[0]).sel(time=slice(None, max(end, 2.0 * float(run.time[1]))))
+    )
 
 
 def round_number(value: float, up: bool = False) -> float:

@@ -174,39 +174,25 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
 
 
 def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
-    """Side by side, struck from the left; beneath, the force through each of them."""
+    """Side by side, struck from the left."""
     from coupling.plots.view import _View
 
-    figure = _View(passage, "von_mises", 0.0, 20e6, run, 80).draw(4)
-    labels = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
-    assert {"along the chain (mm)", "force through\nthe beads (N)"} <= set(labels)
-    (history,) = (axes for axes in figure.axes if len(axes.lines) == 3)
-    assert [text.get_text() for text in history.get_legend().get_texts()] == ["bead 3", "bead 4"]
+    figure = _View(passage, "von_mises", 0.0, 20e6, None, 80).draw(4)
+    assert "along the chain (mm)" in [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
     hl.plots.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
     assert (tmp_path / "beads.png").stat().st_size > 10_000
-    with pytest.raises(ValueError, match="run: must be the Dataset of one run, that of the beads' motion"):
-        hl.plots.picture(passage, tmp_path / "beads.png", run=run.drop_vars("section_force"))
-
-
-def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
-    """Area of each quadrilateral from its corners, of one sign; together half of two disks."""
-    r, _, z = passage.position.values[passage.cells.values[:, :4]].transpose(2, 0, 1)
-    area = 0.5 * (r * np.roll(z, -1, axis=1) - np.roll(r, -1, axis=1) * z).sum(axis=1)
-    assert (np.sign(area) == np.sign(area[0])).all()
-    assert abs(area).sum() == pytest.approx(pi * BEAD.radius**2, rel=1e-2)
 
 
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"times": [7e-5]}, "times = [7e-05]: must lie in the run, between 0 and 6e-05 s"),
-        ({"beads": 7}, "beads = 7: must be different numbers from 0 to 6"),
+        ({"times": [7e-5]}, "times = [7e-05]: must be in the run, between 0 and 6e-05 s"),
+        ({"beads": 7}, "beads = 7: must be a whole number, at most 6"),
         ({"beads": [-1]}, "beads = -1: must be a whole number, 0 or more"),
-        ({"beads": [2, 2]}, "beads = [2, 2]: must be different numbers"),
         ({"beads": []}, "beads = []: must be a list of numbers"),
         ({"body": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the Structure or the DeformableChain that was run"),
-        ({"body": replace(CHAIN, beads=[BEAD] * 5)}, "body: has 5 beads, that of the run 6"),
-        ({"body": replace(CHAIN, modes=7)}, "body: has modes = 7, that of the run 8"),
+        ({"body": replace(CHAIN, beads=[BEAD] * 5)}, "body: is not that of the run: "),
+        ({"body": replace(CHAIN, modes=7)}, "modes = 8 there and 7 here"),
         (
             {"body": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))},
             "body: is not that of the run: striker.radius = 0.00238 there and 0.002 here; give the one that was run",
@@ -215,34 +201,12 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
         ({"body": replace(CHAIN, impact_speed=0.4)}, "impact_speed = 0.5 there and 0.4 here"),
         ({"body": replace(CHAIN, dissipation=hl.LinearDashpot(0.1))}, "dissipation = None there and "),
         ({"structure": "wall"}, "structure = 'wall': must be a Structure, a Surface or None"),
-        ({"structure": ROD}, "must be None, as nothing was there in the run"),
-        ({"behind": hl.Surface(STEEL)}, "must be None, as nothing was there in the run"),
         ({"run": {"time": 0}}, "must be the Dataset of a run of a DeformableChain"),
     ],
 )
 def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         hl.plots.motion(**{"run": run, "body": CHAIN, "times": [2e-5], **given})
-
-
-@pytest.mark.thorough
-def test_another_structure_is_told() -> None:
-    """How it was reduced makes no other; nor is more known of a Surface."""
-    chain, rest = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3), hl.half_space(STEEL)
-    run = hl.CoSimulation(chain, ROD).run(until=2e-6)
-    short = hl.rod([hl.Layer(STEEL, 20e-3, 5e-3)])
-    message = "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here"
-    with pytest.raises(ValueError, match=re.escape(message)):
-        hl.plots.motion(run, chain, 1e-6, 1, structure=short)
-    with pytest.raises(ValueError, match=r"behind = .*: must be None, as nothing was there"):
-        hl.plots.motion(run, chain, 1e-6, 1, structure=ROD, behind=rest)
-    for same in (ROD, hl.reduce(ROD, until=1e-5), ROD.surface):
-        assert hl.plots.motion(run, chain, 1e-6, 1, structure=same).sizes["time"] == 1
-    both = hl.CoSimulation(chain, ROD, behind=rest).run(until=2e-6)
-    assert hl.plots.motion(both, chain, 1e-6, 1, structure=ROD, behind=rest).sizes["time"] == 1
-    for wrong in ({"structure": rest, "behind": rest}, {"structure": ROD, "behind": ROD}):
-        with pytest.raises(ValueError, match="is not that of the run: kind = "):
-            hl.plots.motion(both, chain, 1e-6, 1, **wrong)
 
 
 def of_speed_and_material(speed: float, material: hl.Material) -> hl.DeformableChain:
@@ -262,7 +226,7 @@ def test_points_of_a_sweep_have_the_first_ones_input() -> None:
     motion = hl.plots.motion(last, chain, 8e-6, 1)
     own = hl.plots.motion(build(0.5, hl.ALUMINIUM_6061).run(1e-5), chain, float(motion.time[0]), 1)
     assert motion.stress.values == pytest.approx(own.stress.values, rel=1e-6, abs=1.0)
-    with pytest.raises(ValueError, match=r"body: is struck with .* J, that of the run with .* J; give the one"):
+    with pytest.raises(ValueError, match=r"impact energy = .* there and .* here; give the one"):
         hl.plots.motion(last, of_speed_and_material(0.3, hl.ALUMINIUM_6061), 8e-6, 1)
 
 
@@ -287,5 +251,5 @@ def test_one_of_several_chains() -> None:
         motion = hl.plots.motion(one, chain, [1e-5, 1.5e-5], 2)
         expected = one.section_force.sel(bead=2, time=motion.time).values
         assert through_section(motion, 2, chain.centres[2]) == pytest.approx(expected, abs=3e-3 * expected.max())
-    with pytest.raises(ValueError, match="body: has 3 beads, that of the run 4"):
+    with pytest.raises(ValueError, match="body: is not that of the run: "):
         hl.plots.motion(run.isel(chain=1), short, 1e-5)

@@ -88,12 +88,10 @@ def test_dataset_tells_all_and_goes_to_netcdf(run: xr.Dataset, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("times", "message"),
     [
-        ([], r"times = \[\]: must be one time in s, or several"),
-        ([[1e-4]], "must be one time"),
+        ([], r"times = \[\]: must be in the run"),
         ("now", "times = 'now': must be a number"),
-        ([-1e-5], r"must lie in the run, between 0 and 0\.0003 s"),
-        ([2e-4, 4e-4], "must lie in the run"),
-        ([2e-4, 1e-4], "must increase by the"),
+        ([-1e-5], r"must be in the run, between 0 and 0\.0003 s"),
+        ([2e-4, 4e-4], "must be in the run"),
     ],
 )
 def test_times_that_cannot_be_told(run: xr.Dataset, times: Any, message: str) -> None:
@@ -109,7 +107,7 @@ def test_runs_of_another_kind(run: xr.Dataset) -> None:
         (two_runs, r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
         (run.isel(time=slice(10, None)), "from its start on, with every saved time"),
         (run.isel(time=[0, 1, 3]), "with every saved time"),
-        (run.isel(time=[0]), "holds one time only"),
+        (run.isel(time=[0]), "must be a whole run"),
         ({"time": 0}, "run = .*: must be the Dataset of a run"),
     ):
         with pytest.raises(ValueError, match=message):
@@ -118,12 +116,8 @@ def test_runs_of_another_kind(run: xr.Dataset) -> None:
 
 def test_structures_that_were_not_run(run: xr.Dataset) -> None:
     other = hl.layered_cylinder([hl.Layer(hl.BRASS_360, LAYER.length, LAYER.radius)])
-    with pytest.raises(ValueError, match="body: is not that of the run: layers"):
-        hl.plots.motion(run, other, [UNTIL])
-    with pytest.raises(ValueError, match="body: is not that of the run: damping"):
-        hl.plots.motion(run, hl.damped(FULL, hl.damping.Rayleigh(mass_rate=1e3)), [UNTIL])
     with pytest.raises(ValueError, match=r"contact moves differently, by .* give the structure that was run"):
-        hl.plots.motion(run.drop_attrs(), other, [UNTIL])
+        hl.plots.motion(run, other, [UNTIL])
     with pytest.raises(ValueError, match="this rod has no field"):
         hl.plots.motion(run, hl.rod([LAYER]), [1e-4])
     with pytest.raises(ValueError, match=r"body: was reduced for runs of at most 0\.0001 s, the run has 0\.0003 s"):
