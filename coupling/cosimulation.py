@@ -1,6 +1,5 @@
 """The co-simulation: chains and structures, coupled by a scheme through the contacts between them."""
 
-import logging
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Annotated, Any
@@ -11,22 +10,20 @@ from coupling.black_box import Condensed, Scheme
 from coupling.engine import fill, is_compiled
 from coupling.interface import ContactPoint, Facing, Interface, facing_of_each, suited
 from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
-from coupling.recording.dataset import dataset, summary
+from coupling.recording.dataset import dataset
 from coupling.recording.frames import Frames, kept_at
 from coupling.results.findings import warn
 from coupling.results.provenance import folded
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import html_table, instance, listed
+from structures.checks import instance, listed
 from structures.described import checked_call
 from structures.fineness import Fineness, fineness, for_shorter, times_shorter
 from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, Quantity
 from structures.reduction import reduce as reduce_structure
 from structures.structure import Structure
-
-log = logging.getLogger("hertzlink.cosimulation")
 
 
 class CoSimulation:
@@ -127,12 +124,6 @@ class CoSimulation:
         return self.interface.chains[0]
 
     @property
-    def faces(self) -> Any:
-        """The structure that the only chain faces, as it was given; None with several, or with a structure behind."""
-        alone = len(self.interface.chains) == 1 and self._given["behind"] is None
-        return self._given["structure"] if alone else None
-
-    @property
     def structure(self) -> Any:
         """The structure that the last bead faces, as a participant; the first of several."""
         return self.interface.structures[0]
@@ -190,10 +181,7 @@ class CoSimulation:
         frames = Frames(self.interface, plan.rows, selection)
         fill(frames, self.interface, self.scheme, self.window, plan)
         findings += checked([self.interface], [frames], plan.interval)[0]
-        run = dataset(self.interface, frames, plan.interval, inputs, findings)
-        if log.isEnabledFor(logging.INFO):
-            log.info("%s", summary(run))
-        return run
+        return dataset(self.interface, frames, plan.interval, inputs, findings)
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:
         """Return the division of a run into windows and saved times, or raise a ValueError for times that do not fit.
@@ -209,30 +197,22 @@ class CoSimulation:
         return longest_window(self.interface, self.scheme, self.window, self.accuracy.windows)
 
     def replace(self, **changes: Any) -> "CoSimulation":
-        """Return the same co-simulation but for these arguments.
+        """Return the same co-simulation but for these arguments of CoSimulation.
 
         Parameters
         ----------
         **changes
-            Arguments of CoSimulation.
+            New values of arguments.
 
         Returns
         -------
         CoSimulation
-            A new one; this one does not change.
+            A new one.
 
         Raises
         ------
         ValueError
             For a name that is no argument, and for what CoSimulation itself refuses.
-
-        Examples
-        --------
-        >>> import hertzlink as hl
-        >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-        >>> run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), hl.half_space(hl.PTFE))
-        >>> run.replace(accuracy="screening").longest_window > 2.0 * run.longest_window
-        True
         """
         if unknown := sorted(set(changes) - set(self._given)):
             raise ValueError(f"{unknown[0]}: is no argument of CoSimulation; must be one of {', '.join(self._given)}")
@@ -281,18 +261,6 @@ class CoSimulation:
 
     def __repr__(self) -> str:
         return f"CoSimulation({self.interface.in_words()}; {self.scheme!r})"
-
-    def _repr_html_(self) -> str:
-        window = "chosen by the scheme" if self.window is None else self.window
-        rows = [
-            ("contacts", self.interface.in_words()),
-            ("scheme", repr(self.scheme)),
-            ("window", f"{1e6 * window:.4g} µs" if isinstance(window, float) else str(window)),
-            ("step of the chain", f"at most {1e6 * (self.chain.dt or self.chain.longest_step):.4g} µs"),
-            ("shortest contact", f"{1e6 * self.interface.contact_time:.4g} µs"),
-            ("impact energy", f"{1e3 * self.interface.impact_energy:.4g} mJ"),
-        ]
-        return html_table("CoSimulation", rows)
 
 
 def _is_large(body: Any) -> bool:

@@ -20,18 +20,10 @@ from structures.kernels.linear import joined
 from structures.kernels.pieces import check_compiled
 from structures.structure import Vector
 
-FINEST = 1024
-"""Parts of the shortest contact below which an adaptive window is not halved for its error."""
-
-TAKEN_AS_ONE = 1.0 + 1e-9
-"""Windows whose ratio is below this number are equal."""
-
-UNBROKEN = 3e7
-"""Steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second, as each window is
-tried a few times."""
-
-MOST_WINDOWS = 64
-"""Windows of structures that are kept at a time."""
+FINEST = 1024  # parts of the shortest contact below which an adaptive window is not halved for its error
+TAKEN_AS_ONE = 1.0 + 1e-9  # windows whose ratio is below this number are equal
+UNBROKEN = 3e7  # steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second
+MOST_WINDOWS = 64  # windows of structures that are kept at a time
 
 
 class StructureWindows:
@@ -133,7 +125,7 @@ class Engine:
         """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
         if first == 0:
             self.save(run, 0)
-        halvings, error = 0, error_of(run, self.interface) if first else 0.0
+        halvings, error = 0, self._error(run) if first else 0.0
         while self._is_too_long(run, halvings, error):
             halvings += 1
         done = first * 2**halvings
@@ -143,6 +135,11 @@ class Engine:
                 done, halvings = 2 * done, halvings + 1
             elif halvings and done % 2 == 0 and not self._is_too_long(run, halvings - 1, error):
                 done, halvings = done // 2, halvings - 1
+
+    def _error(self, run: Run) -> float:
+        """Return the distance of a parabola from the straight motion of the last window, in greatest approaches."""
+        moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
+        return moved / self.interface.indentation_scale
 
     def _is_too_long(self, run: Run, halvings: int, error: float) -> bool:
         """Return whether a window is longer than the last one and its error, in greatest approaches, suggest."""
@@ -171,7 +168,7 @@ class Engine:
             self._check_finite(done * length)
         if problem == loop.NOT_CONVERGED and finest:
             self.advance(run, 2 * done, 2 * (done + 1), halvings + 1)
-            problem, done, error = loop.OK, done + 1, error_of(run, self.interface)
+            problem, done, error = loop.OK, done + 1, self._error(run)
             if done % (whole * self.stride) == 0:
                 self.save(run, done // whole)
         return problem, done, error
@@ -199,12 +196,6 @@ class Engine:
             contacts = Contacts(self.interface.static, compliance, pace, not compliance.any())
             self._lengths[length] = structure, contacts
         return self._lengths[length]
-
-
-def error_of(run: Run, interface: Interface) -> float:
-    """Return the distance of a parabola from the straight motion of the last window, in greatest approaches."""
-    moved: float = bend_of_last(run.node, run.window, run.totals, interface.static)
-    return moved / interface.indentation_scale
 
 
 def fill(
@@ -241,6 +232,5 @@ def fill(
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:
     """Return whether the compiled loop can run them: Newton's method, on linear structures."""
-    if type(scheme) is not Condensed or interface.black_boxes:
-        return False
-    return all(structure.compact for structure in interface.structures)
+    linear = type(scheme) is Condensed and not interface.black_boxes
+    return linear and all(structure.compact for structure in interface.structures)

@@ -18,9 +18,7 @@ from structures.quantities import Count
 from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
 
-NAMES = ("structure", "behind")
-"""The arguments of CoSimulation that give what each end faces."""
-
+NAMES = ("structure", "behind")  # the arguments of CoSimulation that give what each end faces
 PARTICIPANTS = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
 
 
@@ -101,11 +99,9 @@ class Interface:
         for k, contact in enumerate(self.contacts):
             self.of_structure[contact.structure][contact.point] = k
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
+        settings = {"impact_energy": energy, "dt": dt, "fineness": fineness}
         self.chains = tuple(
-            self._moving(
-                chain, number, facing[number] is None, {"impact_energy": energy, "dt": dt, "fineness": fineness}
-            )
-            for number, chain in enumerate(chains)
+            self._moving(chain, number, facing[number] is None, settings) for number, chain in enumerate(chains)
         )
         alone = len(self.chains) == 1
         self.model = self.chains[0].model if alone else joined(self.chains)
@@ -142,12 +138,9 @@ class Interface:
         if len(self.chains) > 1 or len(self.structures) > 1:
             counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
             return ", ".join(count_of(count, name) for name, count in counts.items())
-        structure, beads = self.structures[0], len(self.chains[0].chain.beads)
-        if self.chains[0].surface is None:
-            return count_of(beads, "bead that faces nothing", "beads that face nothing")
-        if isinstance(structure, MovingStructure):
-            return f"{count_of(beads, 'bead')} on {structure.structure.origin.get('kind', 'structure')}"
-        return f"{count_of(beads, 'bead')} on {structure.name}"
+        body, alone = self.structures[0], self.chains[0].surface is None
+        name = body.structure.origin.get("kind", "structure") if isinstance(body, MovingStructure) else body.name
+        return f"{count_of(len(self.chains[0].chain.beads), 'bead')} on {'nothing' if alone else name}"
 
     def together(self, states: Sequence[ChainState]) -> tuple[Vector, Vector]:
         """Return the positions and the velocities of all chains, one after the other."""

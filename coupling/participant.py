@@ -9,14 +9,9 @@ from structures.checks import short
 from structures.structure import Structure, Vector, surfaces_of
 from structures.surface import Surface
 
-ROUNDING = 1e-9
-"""Part of a negligible displacement that is rounding."""
-
-LEAST_RESISTANCE = 1.0
-"""Force over velocity, kg/s, with which a structure resists at first: half of that of 0.2 mm of aluminium, 4√(D·m)."""
-
-LARGEST_DISPLACEMENT = 1e3
-"""Largest displacement, m: no structure moves so far, and the forces of the chain would overflow."""
+ROUNDING = 1e-9  # part of a negligible displacement
+LEAST_RESISTANCE = 1.0  # kg/s, force over velocity at first: half of that of 0.2 mm of aluminium, 4√(D·m)
+LARGEST_DISPLACEMENT = 1e3  # m; no structure moves so far, and the forces of the chain would overflow
 
 
 @runtime_checkable
@@ -98,20 +93,12 @@ class CheckedParticipant:
 
     def start(self) -> Any:
         """Return the state at time zero."""
-        try:
-            return self.participant.start()
-        except Exception as error:
-            error.add_note(f"raised by {self.name}.start()")
-            raise
+        return self.participant.start()
 
     def move(self, state: Any, forces: Vector, window: float) -> tuple[Any, Vector]:
         """Return the answer to the mean forces (N) of the K contacts, checked: the state and K displacements, m."""
         self.last_forces, force = forces.copy(), self._as_given(forces.copy())
-        try:
-            returned = self.participant.advance(state, force, window)
-        except Exception as error:
-            error.add_note(f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})")
-            raise
+        returned = self.participant.advance(state, force, window)
         try:
             # An array of two numbers is a state, not a pair.
             state, surface = returned if isinstance(returned, tuple | list) else ()

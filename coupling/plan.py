@@ -14,27 +14,13 @@ from structures.moving import MovingStructure
 from structures.quantities import OneOf, Quantity
 from structures.units import readable
 
-FEWEST_PER_CONTACT = 8
-"""The user is warned of fewer windows or saved times in a contact: on a PTFE rod AR is off by 0.2 % at 3.5 of them, by
-3 % at 1.7."""
-
-SAVED_PER_CONTACT = 64
-"""Saved times in the shortest contact by default, or up to twice as many."""
-
-ADAPTIVE_PER_CONTACT = 16
-"""Saved intervals in the shortest contact if windows are adaptive: a saved interval is the longest window."""
-
-MOST_SAVED = 2e8
-"""Saved times × bodies: 1.6 GB in each of the three large arrays."""
-
-LARGE_ARRAYS = 3
-"""Arrays of saved times × bodies: displacements, velocities, and forces."""
-
-LARGE_SIZE = 1e9
-"""B in these arrays from which the user is warned; results made of them may take as much again."""
-
-SAME_TIME = 1e-9
-"""Times that differ by this part are equal."""
+FEWEST_PER_CONTACT = 8  # windows or saved times without a warning: AR is off by 0.2 % at 3.5 of them, by 3 % at 1.7
+SAVED_PER_CONTACT = 64  # saved times in the shortest contact by default, or up to twice as many
+ADAPTIVE_PER_CONTACT = 16  # saved intervals in it if windows are adaptive: one is the longest window
+MOST_SAVED = 2e8  # saved times × bodies: 1.6 GB in each of the three large arrays
+LARGE_ARRAYS = 3  # of saved times × bodies: displacements, velocities, and forces
+LARGE_SIZE = 1e9  # B in these arrays from which the user is warned; results made of them may take as much again
+SAME_TIME = 1e-9  # times that differ by this part are equal
 
 
 class Accuracy(NamedTuple):
@@ -155,7 +141,7 @@ def longest_window(interface: Interface, scheme: Scheme, window: float | Adaptiv
 
 
 def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str]:
-    """Return a finding, of which the user is warned, if windows or saved times are too few in a contact."""
+    """Return the finding, and warn of it, that windows or saved times are too few in a contact."""
     findings = [] if adaptive else coarse("window", plan.length, interface.contact_time)
     findings = findings or coarse("save_every", plan.interval, interface.contact_time)
     warn(findings)

@@ -19,38 +19,40 @@ from particles.moving import MovingChain
 from structures.structure import Vector
 from structures.units import readable
 
-LARGE = 1e-3
-"""Part of the impact energy that a run may create or lose without a warning."""
-
-LONG = 200.0
-"""A record is too long if a wave could run to the structure and back this many times."""
-
-ROUNDING = 4.0 * float(np.finfo(float).eps)
-"""Part of a stored energy that each contact may add to the rounding of their sum, with some margin."""
-
-MOST_OF_A_RUN = 1e9
-"""Steps of beads in a run that nobody asked for: some minutes."""
-
-SHORTER = (1e-3, 1e-6)
-"""What `until` is multiplied by where ms or µs may be meant."""
+LARGE = 1e-3  # part of the impact energy that a run may create or lose without a warning
+LONG = 200.0  # a record is too long if a wave could run to the structure and back this many times
+ROUNDING = 4.0 * float(np.finfo(float).eps)  # part of a stored energy that each contact may add to their sum's rounding
+MOST_OF_A_RUN = 1e9  # steps of beads in a run that nobody asked for: some minutes
+SHORTER = (1e-3, 1e-6)  # what `until` is multiplied by where ms or µs may be meant
+MANY_STEPS = 1e7  # steps of a short chain in some 10 s; a strong loss inside beads stops no wave, but needs short steps
+SILENT = 0.01  # part of the incident wave's force that a reflected one has at least in mid chain
 
 SUDDEN = 50.0
 """A loss is too strong if it would stop a contact in this part of the contact's time: no wave passes. The loss of a
 restitution of 0.01 takes a 38th of that time, a dashpot of 5 N s/m between beads of 10 mm ten times as long."""
-
-MANY_STEPS = 1e7
-"""Steps of a short chain in some 10 s. A strong loss inside beads stops no wave, but it needs short steps."""
-
-SILENT = 0.01
-"""Part of the incident wave's force that a reflected one has at least in mid chain."""
 
 Found: TypeAlias = Iterator[tuple[int, str]]
 """Findings on some runs, each with the number of its run."""
 
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """Return the findings before a run: a record that is too long, a loss that is too strong."""
-    return [*_of_length(chains, until), *_of_losses(chains, until)]
+    """Return the findings before a run: a record so long, or a loss so strong, that another unit may be meant."""
+    findings, once = dict[str, None](), _there_and_back(chains)
+    if until > LONG * max(once, _driven(chains)):
+        findings[
+            f"until = {until:g} s: is {until / once:.2g} times the {readable(once, 's', 4)} that a "
+            f"wave takes through the chain and back{_meant(chains, until)}"
+        ] = None
+    for chain in filter(_is_sudden, chains):
+        name, in_contact = chain.strongest_loss
+        steps, ratio = until / chain.longest_step, chain.contact_time / chain.damping_time
+        if in_contact:
+            words = f"1/{ratio:.0f} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
+            findings[f"{name}: would stop a contact in {words}; check its unit"] = None
+        elif steps > MANY_STEPS:
+            words = f"1/{ratio:.0f} of a contact's time, so the run takes {steps:.2g} steps"
+            findings[f"{name}: would stop a vibration in {words}; check its unit, or take fewer modes"] = None
+    return list(findings)
 
 
 def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> None:
@@ -67,7 +69,7 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
 
 def _meant(chains: Sequence[MovingChain], until: float) -> str:
     """Return the question whether a record that is far too long is in another unit; empty for another one."""
-    scale = max(_there_and_back(chains), *(chain.chain.excitation.drive.history[0, -1] for chain in chains))
+    scale = max(_there_and_back(chains), _driven(chains))
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
     return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
 
@@ -77,37 +79,14 @@ def _there_and_back(chains: Sequence[MovingChain]) -> float:
     return max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
 
 
+def _driven(chains: Sequence[MovingChain]) -> float:
+    """Return the length of the longest history that drives a chain, s."""
+    return float(max(chain.chain.excitation.drive.history[0, -1] for chain in chains))
+
+
 def _is_sudden(chain: MovingChain) -> bool:
     """Return whether a loss ends motion so soon that its coefficient may be in another unit; it then sets the step."""
     return chain.contact_time > SUDDEN * chain.damping_time
-
-
-def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """Return a finding for each loss so strong that its coefficient may be in another unit."""
-    findings = dict[str, None]()
-    for chain in chains:
-        if not _is_sudden(chain):
-            continue
-        name, in_contact = chain.strongest_loss
-        steps, ratio = until / chain.longest_step, chain.contact_time / chain.damping_time
-        if in_contact:
-            words = f"1/{ratio:.0f} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
-            findings[f"{name}: would stop a contact in {words}; check its unit"] = None
-        elif steps > MANY_STEPS:
-            words = f"1/{ratio:.0f} of a contact's time, so the run takes {steps:.2g} steps"
-            findings[f"{name}: would stop a vibration in {words}; check its unit, or take fewer modes"] = None
-    return list(findings)
-
-
-def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """Return a finding before the run where it is so long that another unit may be meant."""
-    once = _there_and_back(chains)
-    if until <= LONG * max(once, *(chain.chain.excitation.drive.history[0, -1] for chain in chains)):
-        return []
-    return [
-        f"until = {until:g} s: is {until / once:.2g} times the {readable(once, 's', 4)} that a "
-        f"wave takes through the chain and back{_meant(chains, until)}"
-    ]
 
 
 def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval: float) -> list[list[str]]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from math import ceil
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -29,23 +29,16 @@ SHEARED = 0.2
 """D k²/S of waves as long as the push lasts, beyond which Kirchhoff's theory leaves too much out: AR of a carbon
 cross-ply is 0.015 off at 0.4, AR of aluminium with a soft core 0.1 at 4."""
 
-ENOUGH_CYCLES = 2.0
-"""What the cure asks for."""
-
+ENOUGH_CYCLES = 2.0  # what the cure asks for
 MESH_ERROR, REDUCTION_ERROR = 0.007, 0.2
 """AR of the primary wave may be wrong by the first over those cycles, and by the second times a reduction's estimated
 error: the most that was seen on plates, half-planes and rods of 2 to 5 mm (docs/numerics.md)."""
 
-EXCEEDED = 2.0
-"""A reduction's estimated error over its tolerance that is warned of; the estimate is about twice the error."""
+EXCEEDED = 2.0  # estimated error of a reduction over its tolerance that is warned of; about twice the error
 
 
-class Doubt(NamedTuple):
-    """The kind of a doubt, its degree (to find the worst contact), and its words."""
-
-    kind: str
-    degree: float
-    words: str
+Doubt = tuple[str, float, str]
+"""The kind of a doubt, its degree (to find the worst contact), and its words."""
 
 
 def check_structures(
@@ -59,22 +52,18 @@ def check_structures(
     first, worst = interfaces[0], [dict[str, Doubt]() for _ in interfaces]
     for k, contact in enumerate(first.contacts):
         bodies = [interface.structures[contact.structure] for interface in interfaces]
-        structures = [None if isinstance(body, CheckedParticipant) else body.structure for body in bodies]
-        if not any(structures):
+        if all(isinstance(body, CheckedParticipant) for body in bodies):
             continue
         chain = first.chains[contact.chain]
         force = motions[contact.chain].force[chain.mass.size - 1 if contact.end == LAST else 0] - first.static[k]
-        for run, (structure, length) in enumerate(zip(structures, push_lengths(force, interval).tolist(), strict=True)):
-            if structure is None:
+        for run, (body, length) in enumerate(zip(bodies, push_lengths(force, interval).tolist(), strict=True)):
+            if isinstance(body, CheckedParticipant):
                 continue
-            doubts = [*_of_deflection(structure.origin, float(highest[run, k]))]
-            if length > 0.0:
-                doubts += [*_of_reduction(structure.origin, length), *_of_mesh(structure.origin, length)]
-                doubts += _of_shear(structure.origin, length)
-            for doubt in doubts:
-                if doubt.kind not in worst[run] or doubt.degree > worst[run][doubt.kind].degree:
-                    worst[run][doubt.kind] = doubt
-    yield from ((run, f"{doubt.kind}: {doubt.words}") for run in range(len(worst)) for doubt in worst[run].values())
+            for doubt in _doubts(body.structure.origin, float(highest[run, k]), length):
+                kind, degree, _ = doubt
+                if kind not in worst[run] or degree > worst[run][kind][1]:
+                    worst[run][kind] = doubt
+    yield from ((run, f"{kind}: {words}") for run, found in enumerate(worst) for kind, _, words in found.values())
 
 
 def push_lengths(force: Vector, interval: float) -> Vector:
@@ -94,75 +83,61 @@ def push_lengths(force: Vector, interval: float) -> Vector:
     return lengths
 
 
-def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
-    """Yield findings on a plate that something holds; one that is free may fly off."""
+def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
+    """Yield the doubts about a structure whose contact moved by so much, m, under a push of this length, s."""
+    # Only a plate that something holds is stretched; one that is free may fly off.
     thickness = _number(origin, "thickness") or _number(_part(origin, "section"), "thickness")
     supports = _part(origin, "supports") or {"": "held"}
-    held = [support for support in supports.values() if support not in ("free", "symmetry")]
+    held = any(support not in ("free", "symmetry") for support in supports.values())
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         words = (
             f"the plate moves by {readable(moved, 'm', 2)} at the contact, more than half its thickness of "
             f"{readable(thickness, 'm')}; linear theory neglects the stretching that then stiffens it"
         )
-        yield Doubt("deflection", moved / thickness, words)
-
-
-def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
-    """Yield a doubt where a push is too short for the reduction; length: of the push, s."""
-    report = _part(origin, "reduction")
-    if not {"pulse", "error_estimate", "tolerance"} <= set(report):
+        yield "deflection", moved / thickness, words
+    if length == 0.0:
         return
-    error, allowed = error_for_pulse(report, length), report["tolerance"]
-    if error > EXCEEDED * allowed:
-        words = (
-            f"its estimated error is {100.0 * error:.2g} % for this run's push of {readable(length, 's', 2)}, "
-            f"its tolerance {100.0 * allowed:.2g} % for pulses of {readable(report['pulse'], 's', 2)}; "
-            f"{_wrong_by(REDUCTION_ERROR * error)}; reduce(..., pulse={length:.1e}) suits this push"
-        )
-        yield Doubt("reduction", error / allowed, words)
 
+    push = f"this run's push of {readable(length, 's', 2)}"
+    wrong = "AR may be wrong by {:.1g}, late and secondary waves by more"
+    report = _part(origin, "reduction")
+    if {"pulse", "error_estimate", "tolerance"} <= set(report):
+        error, allowed = error_for_pulse(report, length), report["tolerance"]
+        if error > EXCEEDED * allowed:
+            words = (
+                f"its estimated error is {100.0 * error:.2g} % for {push}, "
+                f"its tolerance {100.0 * allowed:.2g} % for pulses of {readable(report['pulse'], 's', 2)}; "
+                f"{wrong.format(min(REDUCTION_ERROR * error, 1.0))}; reduce(..., pulse={length:.1e}) suits this push"
+            )
+            yield "reduction", error / allowed, words
 
-def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
-    """Yield a doubt where a push is too short for the mesh; length: of the push, s."""
     frequency = 0.0 if origin.get("kind") == "cylinder" else _number(origin, "highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
+        needed = ENOUGH_CYCLES / length
+        times = rounded_up(needed / frequency)
+        finer = f"highest_frequency={rounded_up(needed):g}"
+        if origin.get("kind") == "rod":
+            finer = f"elements={ceil(times * max(origin['elements']))}"
+        elif origin.get("kind") == "solid":
+            finer = f"a mesh {times:g} times as fine"
+        elif origin.get("kind") == "from_modes":
+            finer = f"modes up to {readable(rounded_up(needed), 'Hz')}"
         words = (
-            f"it resolves waves up to {readable(frequency, 'Hz')}, and this run's push of "
-            f"{readable(length, 's', 2)} excites higher ones; "
-            f"{_wrong_by(MESH_ERROR / (length * frequency))}; {_finer(origin, ENOUGH_CYCLES / length)} suits it"
+            f"it resolves waves up to {readable(frequency, 'Hz')}, and {push} excites higher ones; "
+            f"{wrong.format(min(MESH_ERROR / (length * frequency), 1.0))}; {finer} suits it"
         )
-        yield Doubt("mesh", 1.0 / (length * frequency), words)
+        yield "mesh", 1.0 / (length * frequency), words
 
-
-def _wrong_by(error: float) -> str:
-    return f"AR may be wrong by {min(error, 1.0):.1g}, late and secondary waves by more"
-
-
-def _of_shear(origin: Any, length: float) -> Iterator[Doubt]:
-    """Yield a doubt where a thin plate's wall would shear; length: of the push, s."""
     wall = _part(origin, "section")
-    if not str(origin.get("kind", "")).startswith("Kirchhoff ") or not {"bending", "shear", "mass"} <= set(wall):
-        return
-    stiffness, shear = np.diag(wall["bending"])[:2], np.diag(wall["shear"])
-    share = float((2.0 * np.pi / length * np.sqrt(wall["mass"] * stiffness) / shear).max())
-    if share > SHEARED:
-        words = (
-            f"this run's push of {readable(length, 's', 2)} shears the wall by {share:.2g} of its bending, which "
-            "Kirchhoff's theory leaves out; amplitude ratios are wrong; mindlin_plate includes it"
-        )
-        yield Doubt("shear", share, words)
-
-
-def _finer(origin: Any, frequency: float) -> str:
-    """Return what makes the mesh resolve a frequency, Hz."""
-    times = rounded_up(frequency / _number(origin, "highest_frequency"))
-    if origin.get("kind") == "rod":
-        return f"elements={ceil(times * max(origin['elements']))}"
-    if origin.get("kind") == "solid":
-        return f"a mesh {times:g} times as fine"
-    if origin.get("kind") == "from_modes":
-        return f"modes up to {readable(rounded_up(frequency), 'Hz')}"
-    return f"highest_frequency={rounded_up(frequency):g}"
+    if str(origin.get("kind", "")).startswith("Kirchhoff ") and {"bending", "shear", "mass"} <= set(wall):
+        stiffness, shear = np.diag(wall["bending"])[:2], np.diag(wall["shear"])
+        share = float((2.0 * np.pi / length * np.sqrt(wall["mass"] * stiffness) / shear).max())
+        if share > SHEARED:
+            words = (
+                f"{push} shears the wall by {share:.2g} of its bending, which Kirchhoff's theory leaves out; amplitude "
+                "ratios are wrong; mindlin_plate includes it"
+            )
+            yield "shear", share, words
 
 
 def _part(origin: Any, name: str) -> Mapping[str, Any]:

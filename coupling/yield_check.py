@@ -20,12 +20,8 @@ SLIGHT = 1.12
 There, by Jackson and Green's law, AR at bead 10 of 20 is lower by 0.011 to 0.013 on half-spaces, by 0.007 and 0.010 on
 plates of brass and aluminium, and the incident force by up to 2.5 % where beads yield."""
 
-OF_HERTZ = 1.0 / 3.0
-"""Power of the force in the pressure of a round or elliptic contact."""
-
-UNKNOWN = 0.0, 1.0, inf
-"""The pressure of a contact that never yields."""
-
+OF_HERTZ = 1.0 / 3.0  # power of the force in the pressure of a round or elliptic contact
+UNKNOWN = 0.0, 1.0, inf  # the pressure of a contact that never yields
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
 
@@ -48,7 +44,7 @@ def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -
         number = int(greatest[:, run].argmax())
         chain, contact, ratio = chains[number][run], int(ratios[number][run].argmax()), float(greatest[number, run])
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-        weaker: Material = chain.once(f"weaker {contact}", partial(_weaker, chain, contact))
+        weaker: Material = chain.once(f"weaker {contact}", partial(min, _materials(chain, contact), key=yield_pressure))
         power = chain.once("pressures", partial(_pressures, chain))[1][contact]
         if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
             cure = f"its dent is left out; {CURE}"
@@ -93,10 +89,6 @@ def _yield_pressure(surface: Surface, facing: Surface, length: float) -> tuple[f
 
 def _materials(chain: MovingChain, contact: int) -> list[Material]:
     return [(side if isinstance(side, Surface) else side.surface).material for side in chain.pairs[contact] or ()]
-
-
-def _weaker(chain: MovingChain, contact: int) -> Material:
-    return min(_materials(chain, contact), key=yield_pressure)
 
 
 def _unknown_strengths(chain: MovingChain) -> Iterator[str]:

@@ -78,9 +78,9 @@ def test_modes_take_the_place_of_a_plate_that_python_builds_where_it_is_bare(
     assert (built is not None) is serves
     if built is not None:
         simulation = built(thickness=2e-3, away=0.02)
-        assert simulation.faces.origin["at"][0] in (pytest.approx(0.28), pytest.approx(0.26))
-        assert simulation.faces.origin["thickness"] == 2e-3
-        assert simulation.faces.size < 100
+        assert simulation.structure.structure.origin["at"][0] in (pytest.approx(0.28), pytest.approx(0.26))
+        assert simulation.structure.structure.origin["thickness"] == 2e-3
+        assert simulation.structure.size < 100
 
 
 @pytest.mark.thorough

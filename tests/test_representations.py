@@ -29,7 +29,7 @@ def shown() -> dict[str, Any]:
         r"Structure\(rod, unknowns: \d+, contacts: 1, damping: none, reduced for: 0.001 s\)": rod,
         r"CoSimulation\(16 beads on rod; Condensed\(tolerance=1e-11\)\)": simulation,
         r"CoSimulation\(2 chains, 1 structure, 2 contacts; Condensed\(tolerance=1e-11\)\)": two,
-        r"CoSimulation\(1 bead that faces nothing; .*\)": hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.3), None),
+        r"CoSimulation\(1 bead on nothing; .*\)": hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.3), None),
         r"<Kirchhoff plate, 0.2 × 0.15 m, 3 mm of aluminium 6061; .*>": plate,
         r"Wave\([\d.]+ N at [\d.]+ µs\)": waves.incident,
         r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,

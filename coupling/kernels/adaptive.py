@@ -22,18 +22,12 @@ structure's own stepping, which is smaller by about the ratio of the window to t
 class Adaptation(NamedTuple):
     """The settings that choose the length of the next window."""
 
-    before: Run
-    """Work space: the run before a window that may be too long."""
-    static: Vector
-    """K static forces, N."""
-    indentation_scale: float
-    """The unit of errors, m."""
-    tolerance: float
-    """Of the error of a window."""
-    finest: bool
-    """Whether the windows are so short that their error does not count."""
-    whole: int
-    """Windows that make a window of the plan, a power of two."""
+    before: Run  # work space: the run before a window that may be too long
+    static: Vector  # K static forces, N
+    indentation_scale: float  # the unit of errors, m
+    tolerance: float  # of the error of a window
+    finest: bool  # whether the windows are so short that their error does not count
+    whole: int  # windows that make a window of the plan, a power of two
 
 
 def bend(node: Records, window: Records, totals: Records, static: Vector) -> float:

@@ -14,14 +14,10 @@ from structures.structure import Vector
 class Contacts(NamedTuple):
     """The K contacts of chains with structures, over a window of one length."""
 
-    static: Vector
-    """K, static forces, N."""
-    compliance: Vector
-    """K × K, displacements for 1 N of mean force, m/N."""
-    pace: Records
-    """C records PACE."""
-    rigid: bool
-    """Whether no surface moves."""
+    static: Vector  # K, static forces, N
+    compliance: Vector  # K × K, displacements for 1 N of mean force, m/N
+    pace: Records  # C records PACE
+    rigid: bool  # whether no surface moves
 
 
 @inner(forceinline=True)

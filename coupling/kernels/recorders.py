@@ -25,30 +25,19 @@ TIME_FRAME = record_type("evaluations", "windows", "residual")
 class Recorder(NamedTuple):
     """The frames that a run keeps: forces and velocities at all saved times, and the ledger at some of them."""
 
-    contact: Vector
-    """The numbers of the contacts among those of all chains, counted from zero."""
-    body: Vector
-    """The numbers of the bodies; behind those of all bodies come those of modes and arms."""
-    force: Vector
-    """Saved times × contacts, N."""
-    velocity: Vector
-    """Saved times × bodies, m/s."""
-    deepest: Vector
-    """The greatest approach of each contact at a saved time so far, m."""
+    contact: Vector  # the numbers of the contacts among those of all chains, counted from zero
+    body: Vector  # the numbers of the bodies; behind those of all bodies come those of modes and arms
+    force: Vector  # saved times × contacts, N
+    velocity: Vector  # saved times × bodies, m/s
+    deepest: Vector  # the greatest approach of each contact at a saved time so far, m
     surface: Vector
     """3 × K: displacements of the surfaces, m; their velocities; the greatest displacements so far, without sign."""
-    every: int
-    """Saved times from one row of the ledger to the next."""
-    position: Vector
-    """Rows × coordinates of all chains, one after the other."""
-    chain: Records
-    """C × rows records CHAIN_FRAME."""
-    work: Records
-    """K × rows records CONTACT_FRAME."""
-    structure: Records
-    """S × rows records STRUCTURE_FRAME."""
-    time: Records
-    """Rows of records TIME_FRAME."""
+    every: int  # saved times from one row of the ledger to the next
+    position: Vector  # rows × coordinates of all chains, one after the other
+    chain: Records  # C × rows records CHAIN_FRAME
+    work: Records  # K × rows records CONTACT_FRAME
+    structure: Records  # S × rows records STRUCTURE_FRAME
+    time: Records  # rows of records TIME_FRAME
 
 
 @inner(forceinline=True)

@@ -37,21 +37,14 @@ TOTALS = np.dtype([*((name, np.int64) for name in ("remembered", "tried", "windo
 class Run(NamedTuple):
     """The state of a run at the end of a window: arrays that the loop changes in place. K contacts, C chains."""
 
-    y: Vector
-    """Positions of all chains, one after the other; and velocities."""
+    y: Vector  # positions of all chains, one after the other; and velocities
     v: Vector
-    body: Vector
-    """The states of all structures."""
-    contact: Records
-    """K records CONTACT."""
-    chain: Records
-    """C records MOVED: since the start."""
-    node: Records
-    """REMEMBERED × K records NODE, newest first."""
-    window: Records
-    """REMEMBERED records WINDOW."""
-    totals: Records
-    """One record TOTALS."""
+    body: Vector  # the states of all structures
+    contact: Records  # K records CONTACT
+    chain: Records  # C records MOVED: since the start
+    node: Records  # REMEMBERED × K records NODE, newest first
+    window: Records  # REMEMBERED records WINDOW
+    totals: Records  # one record TOTALS
 
 
 class Trial(NamedTuple):
@@ -59,24 +52,16 @@ class Trial(NamedTuple):
 
     y: Vector
     v: Vector
-    free: Vector
-    """State of the structures at the window's end where no force acts."""
-    contact: Records
-    """K records TRIED."""
-    chain: Records
-    """C records MOVED."""
-    work: Vector
-    """Rows of work space of chains."""
-    rows: Vector
-    """4 + K rows of K numbers of work space."""
+    free: Vector  # state of the structures at the window's end where no force acts
+    contact: Records  # K records TRIED
+    chain: Records  # C records MOVED
+    work: Vector  # rows of work space of chains
+    rows: Vector  # 4 + K rows of K numbers of work space
 
 
 class Search(NamedTuple):
     """The end of Newton's method."""
 
-    tolerance: float
-    """Of the force, N."""
-    still: float
-    """m: a way of a surface that gives no slope."""
-    most: int
-    """Trials, after which a window is halved."""
+    tolerance: float  # of the force, N
+    still: float  # m: a way of a surface that gives no slope
+    most: int  # trials, after which a window is halved

@@ -177,18 +177,3 @@ def _filled(arrays: Sequence[Vector | None], bodies: int) -> list[Vector]:
             part[tuple(map(slice, array.shape))] = array
         filled.append(part)
     return filled
-
-
-def summary(run: xr.Dataset) -> str:
-    """Return a run in one line: windows, trials of them, and what the ledger says."""
-    if "windows" not in run:
-        return f"{float(run.time[-1]):.6g} s, sensors {', '.join(map(str, run.bead.values))} kept"
-    windows, tried = int(run.windows.sum()), int(run.evaluations.sum())
-    energy = float(run.impact_energy.sum())
-    mismatch = float(abs(run.interface_mismatch).max()) / energy
-    return (
-        f"{float(run.time[-1]):.6g} s in {windows} windows, each tried {tried / max(windows, 1):.3g} times, "
-        f"residual {float(run.residual.max()):.2g} N at most; of the impact energy: interface mismatch {mismatch:.1e}, "
-        f"into structures {float(run.interface_work.isel(time=-1).sum()) / energy:.3g}, "
-        f"lost in chains {float(run.dissipated_energy.isel(time=-1).sum()) / energy:.3g}"
-    )
