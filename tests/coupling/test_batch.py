@@ -210,17 +210,6 @@ def test_measures_work_on_a_batch() -> None:
     assert '"count": 2' in runs.attrs["input"]
 
 
-def test_what_a_batch_did_not_keep_is_not_measured() -> None:
-    runs = hl.batch(against, until=4e-4, sensors=[7], speed=[0.44])
-    with pytest.raises(
-        ValueError, match="run: keeps sensors only, and holds no kinetic_energy and structure_work; run it by"
-    ):
-        hl.energy_error(runs)
-    whole = hl.contact_time(hl.batch(against, until=8e-4, speed=[0.44]))
-    last = hl.contact_time(hl.batch(against, until=8e-4, sensors=[7], speed=[0.44]))
-    assert float(whole[0]) == pytest.approx(float(last[0]), rel=1e-9)  # type: ignore[index]
-
-
 def of_count(count: int) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, 0.3), WALL)
 

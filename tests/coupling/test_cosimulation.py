@@ -10,14 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import sparse
 
 import hertzlink as hl
 from coupling.interface import check_finite
 from coupling.kernels import loop
-from coupling.kernels.newton import predict
-from coupling.kernels.records import NODE, WINDOW, Run
-from particles.kernels.motion import TRIED
 from structures.damping import StandardLinearSolid
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -84,64 +80,9 @@ def test_compiled_loop_equals_the_loop_in_python(monkeypatch: pytest.MonkeyPatch
 
 
 WALL = hl.half_space(hl.STEEL_440C)
-BACKED = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, SUPPORTS)
-PAIR = hl.reduce(BACKED.at([0.08, 0.12], [0.07, 0.07], face=["front", "back"]), until=6e-4)
 SHORT = [hl.Chain([BEAD] * 4, BEAD, 0.44), hl.Chain([BEAD] * 6, BEAD, 0.2, 9.81, hl.LinearDashpot(5.0))]
 PRESSED = [hl.Chain([BEAD] * 4, BEAD, 0.44, preload=0.2, dissipation=hl.LinearDashpot(5.0)), SHORT[1]]
 LAYERED = STRUCTURES["layered rod"]
-
-IN_MODES: dict[str, tuple[Any, ...]] = {
-    "a rod, not reduced": (SHORT[0], LAYERED),
-    "a rod, free": (SHORT[0], hl.rod(LAYERS, base="free")),
-    "Rayleigh damping": (SHORT[0], hl.damped(LAYERED, hl.damping.Rayleigh(100.0, 1e-7))),
-    "two chains, two structures": (PRESSED, [LAYERED, WALL]),
-    "two chains, one plate": (PRESSED, PAIR),
-    "a chain between two structures": (hl.Chain([BEAD] * 4, None, 0.3), LAYERED, WALL),
-    "an unused contact": (SHORT[0], hl.ContactPoint(PAIR, 1)),
-    # Of each kind of law, loss, striker and bead that the chains above lack.
-    "chains of three kinds": (
-        [
-            hl.Chain(
-                [BEAD] * 5,
-                BEAD,
-                0.3,
-                gravity=9.81,
-                dissipation=hl.Tsuji(0.1),
-                law=hl.laws.PowerLaw(2e8, 1.3),
-            ),
-            hl.Chain([BEAD] * 4, hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, 20.0, 0.0)), law=hl.laws.Thornton(6e8)),
-            hl.DeformableChain([BEAD] * 3, BEAD, 0.3),
-        ],
-        [LAYERED, WALL, hl.rod(LAYERS, base="free")],
-    ),
-}
-
-
-LONG_TO_COMPILE = ("chains of three kinds",)
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.thorough] * (name in LONG_TO_COMPILE)) for name in IN_MODES]
-)
-def test_any_number_of_chains_goes_through_the_compiled_loop(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Structures move by their modes, chains by Newton's method in compiled code; window by window nothing differs.
-
-    The sums of both loops round differently, which a chain magnifies; nothing differs by more than 1e-8.
-    """
-    chain, structure, *behind = IN_MODES[name]
-    simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None)
-    compiled = simulation.run(until=2e-4)
-    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
-    monkeypatch.setattr(loop, "run_windows", None)
-    other = simulation.run(until=2e-4)
-    assert set(compiled.data_vars) == set(other.data_vars)
-    scale = float(compiled.impact_energy.max())
-    for one in compiled.data_vars:
-        if one in ("evaluations", "residual"):
-            continue
-        size = scale if compiled[one].attrs["units"] == "J" else float(abs(other[one]).max())
-        assert compiled[one].values == pytest.approx(other[one].values, rel=0.0, abs=1e-8 * size, nan_ok=True), one
-    assert compiled.windows.equals(other.windows)
 
 
 @pytest.mark.parametrize("save_every", [None, 1e-6])
@@ -170,48 +111,6 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-1][0], 1.0))
     with pytest.raises(hl.NotConverged, match=r"t = 0 s, .* s long: residual 1 N"):
         simulation.run(2e-4, save_every)
-
-
-@pytest.mark.parametrize("remembered", [0, 1, 2, 3])
-@pytest.mark.parametrize("lengths", [(2e-6, 4e-6, 3e-6), (2e-6, 2e-6, 3e-6), (2e-6, 2e-6, 2e-6)])
-def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(
-    remembered: int, lengths: tuple[float, ...]
-) -> None:
-    """At the middles of windows, newest first; zero before there is any."""
-    powers = np.array([3.0, -2e6, 5e12]) * (np.arange(3) < remembered)
-    ends = 9e-6 - np.cumsum([0.0, *lengths[:2]])
-    middles = ends - np.array(lengths) / 2.0
-    records = [np.zeros(size, kind).view(np.recarray) for size, kind in ((3, WINDOW), ((3, 1), NODE), (1, TRIED))]
-    window, node, tried = records
-    window.middle, window.length = middles, lengths
-    node.force[:, 0] = np.polynomial.Polynomial(powers)(middles)
-    predict(node, window, remembered, 1e-5, 2e-6, tried)
-    assert tried.force[0] == pytest.approx(np.polynomial.Polynomial(powers)(1e-5), rel=1e-12)
-
-
-def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for the trials, which are counted: its halves go on from there."""
-
-    def watched(run: Any, *given: Any) -> tuple[int, int, float]:
-        *more, (first, last, stride, row) = given
-        end = loop.OK, last, 0.0
-        for window in range(first, max(first, last) + 1):
-            before = [part.copy() for part in run]
-            end = real(run, *more, (window, min(window, last), stride, row if window == first else -1))
-            if end[0] == loop.NOT_CONVERGED:
-                failed.append(window)
-                for name, part, old in zip(Run._fields, run, before, strict=True):
-                    assert np.array_equal(part, old) or name == "totals", name
-                break
-        return end
-
-    real, failed = loop.run_windows, list[int]()
-    simulation = hl.CoSimulation(SHORT[0], LAYERED)
-    expected = simulation.run(1e-4)
-    monkeypatch.setattr("coupling.engine.MOST_TRIALS", 2)
-    monkeypatch.setattr(loop, "run_windows", watched)
-    check_same(expected, simulation.run(1e-4), 1e-5)
-    assert failed
 
 
 COUPLED = {
@@ -243,33 +142,6 @@ def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str, monk
     assert hl.energy_error(compiled) < 1e-6
 
 
-def test_large_structures_go_window_by_window() -> None:
-    large = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=150)
-    assert not hl.stepping.MovingStructure(large).compact
-
-
-@pytest.mark.thorough
-def test_aitken_agrees_with_condensed() -> None:
-    one, other = (
-        hl.CoSimulation(CHAIN, STRUCTURES["rod"], scheme=scheme).run(until=8e-4)
-        for scheme in (hl.Condensed(), hl.Aitken(tolerance=1e-11))
-    )
-    check_same(one, other, 1e-6)
-
-
-@pytest.mark.thorough
-def test_a_very_light_plate_converges_by_aitken_too() -> None:
-    """Added mass: a body of a hundredth of a bead, where plain repetition diverges."""
-    light = hl.Structure(
-        sparse.csr_array([[0.01 * BEAD.mass]]), sparse.csr_array([[1e4]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE)
-    )
-    one, other = (
-        hl.CoSimulation(CHAIN, light, scheme=scheme, window=1e-6).run(until=8e-4)
-        for scheme in (hl.Condensed(), hl.Aitken())
-    )
-    check_same(one, other, 1e-4)
-
-
 def test_window_converges_with_order_two() -> None:
     """Against tiny windows, at a fixed and small step of the chain."""
 
@@ -280,16 +152,6 @@ def test_window_converges_with_order_two() -> None:
     exact = displacement(1e-7)
     errors = [abs(displacement(window) - exact) for window in (6.4e-6, 3.2e-6, 1.6e-6)]
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-
-
-def test_amplitude_ratio_settles_with_the_window() -> None:
-    reduced = hl.reduce(PLATE, until=1.2e-3)
-    ratios = [
-        hl.amplitude_ratio(hl.CoSimulation(CHAIN, reduced, window=window).run(1.2e-3), sensor=7).item()
-        for window in (4e-6, 2e-6, 5e-7)
-    ]
-    assert ratios[0] == pytest.approx(ratios[2], rel=5e-3)
-    assert ratios[1] == pytest.approx(ratios[2], rel=2e-3)
 
 
 def test_a_spring_behind_the_contact_softens_it() -> None:
@@ -351,26 +213,6 @@ class Steel(Spring):
     surface = "steel"  # type: ignore[assignment]
 
 
-class Silent(Spring):
-    def advance(self, state: float, force: float, window: float) -> tuple[float, float]:
-        return None  # type: ignore[return-value]
-
-
-def test_a_black_box_that_answers_nonsense_is_told_so() -> None:
-    with pytest.raises(ValueError, match=r"Silent\.advance returned None: must be \(state, displacement in m\)"):
-        hl.CoSimulation(CHAIN, Silent(), scheme=hl.Aitken()).run(until=1e-4)
-
-
-@pytest.mark.thorough
-def test_a_black_box_takes_part() -> None:
-    """A massless spring of 1e7 N/m is the same as that flexibility behind a half-space."""
-    run = hl.CoSimulation(CHAIN, Spring(), scheme=hl.Aitken(), window=4e-7).run(until=1.5e-3)
-    none = sparse.csr_array((0, 0))
-    series = hl.Structure(none, none, None, np.zeros(0), 1e-7, hl.Surface(hl.PTFE))
-    other = hl.CoSimulation(CHAIN, series, window=4e-7).run(until=1.5e-3)
-    assert hl.amplitude_ratio(run, 7).item() == pytest.approx(hl.amplitude_ratio(other, 7).item(), rel=2e-3)
-
-
 def test_non_finite_states_stop_the_run_with_time_and_particle() -> None:
     with pytest.raises(FloatingPointError, match=r"from t = 0\.0002\d* s: Spring.advance returned .* nan m"):
         hl.CoSimulation(CHAIN, Spring(np.nan), scheme=hl.Aitken(), window=1e-6).run(until=4e-4)
@@ -388,11 +230,6 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
     with pytest.raises(FloatingPointError, match=f"^{name}"):
         check_finite(interface, [(y, v)], surface, 1e-4)
     check_finite(interface, [(v, v)], np.zeros(1), 1e-4)
-
-
-def test_no_agreement_names_window_time_and_residual() -> None:
-    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s long: residual .* N after 1 trial"):
-        hl.CoSimulation(CHAIN, Spring(), scheme=hl.Aitken(largest_count=1), window=1e-6).run(until=4e-4)
 
 
 @pytest.mark.parametrize(
@@ -445,15 +282,6 @@ def test_bad_runs() -> None:
         hl.Aitken(tolerance=0.0)
     with pytest.raises(ValueError, match="tolerance = 1e-30: must lie between 1e-14 and 1"):
         hl.Explicit(tolerance=1e-30)
-
-
-@pytest.mark.parametrize("scheme", [hl.Aitken, hl.IQN_ILS])
-def test_relaxation_from_2_on(scheme: type) -> None:
-    """Of a rigid structure a repetition leaves 1 − relaxation of the residual."""
-    for value in (2.0, 2.5):
-        with pytest.raises(ValueError, match=f"relaxation = {value}: must lie between 0 and 2"):
-            scheme(relaxation=value)
-    assert scheme(relaxation=1.99).relaxation == 1.99
 
 
 def test_a_simulation_can_be_pickled_after_a_run() -> None:

@@ -28,12 +28,6 @@ def test_critical_distance_is_interpolated() -> None:
     assert hl.critical_distance(ratio[::-1], tolerance=0.1) == pytest.approx(0.08)
 
 
-def test_crossing_from_below_to_above_the_far_value() -> None:
-    """From 0.4 to 0.54 past 0.5: the lower edge of the band is crossed at 0.45, not where |AR − 0.5| would be 0.05."""
-    found = hl.critical_distance(curve([0.4, 0.54, 0.5, 0.5]), tolerance=0.05)
-    assert found == pytest.approx(0.1 + 0.1 * 0.05 / 0.14)
-
-
 @pytest.mark.parametrize(
     ("values", "expected"),
     [

@@ -1,6 +1,5 @@
 """The monolithic reference: closed forms, its own convergence, and what the co-simulation converges to."""
 
-import monolithic as reference_solver
 import numpy as np
 import pytest
 import xarray as xr
@@ -70,25 +69,6 @@ def test_the_reference_has_settled(name: str) -> None:
     assert ratios(fine) == pytest.approx(ratios(coarse), abs=1e-8)
     assert ratios(fine) == pytest.approx(REFERENCE[name], abs=1e-7)
     assert energy_error(fine[0]) < 3e-9
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("longest_step", [1e-6, 0.97e-6, 0.94e-6, 0.91e-6])
-def test_the_reference_does_not_depend_on_where_its_steps_end(
-    longest_step: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Dashpots make forces jump as contacts shut: a step across a jump would lose energy, more or less by chance."""
-    monkeypatch.setattr(reference_solver, "LONGEST_STEP", longest_step)
-    bouncing = hl.Chain([BEAD] * 4, BEAD, 0.31, gravity=9.81, preload=0.5, dissipation=hl.LinearDashpot(5.0))
-    run = solve(Case((bouncing,), (ROD,), (Contact(0, "last", 0),), 4e-4), interval=2e-6)[0]
-    assert energy_error(run) < 1e-10
-
-
-@pytest.mark.thorough
-def test_a_gap_opens_and_shuts_while_the_chattering_case_is_struck() -> None:
-    force = solve(CASES["chattering"]())[0].contact_force.values[:, -1]
-    shut = force > 1e-3 * force.max()
-    assert np.count_nonzero(shut[:-1] & ~shut[1:]) == 6
 
 
 AGREEMENT = {

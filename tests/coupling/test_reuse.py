@@ -110,21 +110,3 @@ def test_findings_of_a_run_are_its_own() -> None:
     assert "energy" not in runs.attrs["warnings"]
     faster = hl.batch(FAMILIES["speeds"][0], UNTIL, save_every=1e-6, sensors=[5], threads=1, value=[0.1, 2.0, 0.1])
     assert re.search(r"^yield: .* \(at run 1; reported at 1 of 3 runs\)$", faster.attrs["warnings"], re.MULTILINE)
-
-
-@pytest.mark.parametrize(
-    "part",
-    [
-        {"striker": type("Own", (hl.Sphere,), {})(4.76e-3, hl.STEEL_440C)},
-        {"law": Soft(5e9)},
-    ],
-)
-def test_parts_that_may_change_share_nothing(part: dict[str, Any]) -> None:
-    one, other = (hl.CoSimulation(chain(**part), ROD).chain for _ in range(2))
-    assert one.shared is not other.shared
-
-
-def test_chains_that_differ_in_speed_alone_share_their_facts() -> None:
-    one, other = (hl.CoSimulation(chain(impact_speed=v), ROD).chain for v in (0.2, 0.4))
-    assert one.model is other.model
-    assert one.contact_time > other.contact_time

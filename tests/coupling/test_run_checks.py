@@ -2,7 +2,6 @@
 
 import re
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
@@ -17,10 +16,7 @@ import hertzlink as hl
 from coupling.kernels import loop
 from coupling.results.findings import findings_of
 from coupling.run_checks import check_before
-from coupling.structure_checks import push_lengths
-from particles.bead import Bead
 from particles.deformable.deformable_chain import moving_chain
-from particles.laws.axisymmetric import ComputedLaw, computed_law
 from particles.moving import MovingChain
 from structures.units import readable
 
@@ -211,16 +207,6 @@ def test_contacts_beyond_yield() -> None:
     )
 
 
-@pytest.mark.parametrize(("place", "contact"), [(1, 1), (5, 5), (9, 10)])
-def test_a_soft_bead_between_hard_ones_is_named(place: int, contact: int) -> None:
-    """It is named by that of its contacts which is pressed more: near the wall the reflected wave presses it, too."""
-    beads = [BEAD] * 10
-    beads[place - 1] = replace(BEAD, material=replace(HARD, yield_strength=2e8, name="mild steel"))
-    with pytest.warns(hl.HertzlinkWarning, match=f"yield: contact {contact} presses mild steel to"):
-        run = hl.CoSimulation(hl.Chain(beads, BEAD, 0.4), WALL).run(6e-4)
-    assert len(found(run, "yield")) == 1
-
-
 @pytest.mark.parametrize(("beyond", "says"), [(1.35, False), (1.5, True)])
 def test_a_contact_just_beyond_yield_warns_of_nothing(beyond: float, says: bool) -> None:
     """Of a wall whose contact bears these forces over that of first yield: AR changes by a little more than 0.01."""
@@ -233,39 +219,6 @@ def test_a_contact_just_beyond_yield_warns_of_nothing(beyond: float, says: bool)
     assert [bool(found(run, "yield")) for run in runs] == [says, False]
     elastic, yielded = (float(hl.amplitude_ratio(run, 6)) for run in runs)
     assert (elastic - yielded > 0.012) == says
-
-
-@pytest.mark.parametrize(("speed", "says"), [(0.2, False), (0.48, False), (1.0, True)])
-def test_beads_that_yield_lose_force(speed: float, says: bool) -> None:
-    """Hard steel begins at 0.38 m/s; at 0.48 m/s it loses less than 2.5 %, at 1 m/s a seventh."""
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    chain = hl.Chain([bead] * 20, bead, speed)
-    runs = [hl.CoSimulation(replace(chain, law=law), None).run(4e-4) for law in (None, hl.laws.JacksonGreen())]
-    elastic, yielded = (float(hl.sensor_force(run, 10).max()) for run in runs)
-    assert len(found(runs[0], "yield")) == says
-    assert (yielded < 0.975 * elastic) == says
-
-
-def test_where_no_law_of_yielding_holds_the_cure_is_a_lower_speed() -> None:
-    """Of ellipsoids, whose contacts are no circles; Hertz's pressures grow with the speed's power 2/5,
-    and the run is silent up to 1.12 times that of first yield."""
-    bead = hl.Ellipsoid(2.36e-3, 10.16e-3, hl.STEEL_316)
-
-    def at(speed: float) -> list[str]:
-        return found(hl.CoSimulation(hl.Chain([bead] * 6, bead, speed), None).run(3e-4), "yield")
-
-    (finding,) = at(0.4)
-    speed = float(re.search(r"none yields below an impact speed of about ([\d.e-]+) m/s", finding)[1])
-    assert [bool(at(factor * speed)) for factor in (1.3, 1.37)] == [False, True]
-
-
-def test_a_contact_with_a_preload_yields_at_no_known_speed() -> None:
-    """Of ellipsoids, whose contacts are no circles."""
-    bead = hl.Ellipsoid(2.36e-3, 10.16e-3, hl.STEEL_316)
-    run = hl.CoSimulation(hl.Chain([bead] * 6, bead, 0.4, preload=1.0), hl.half_space(hl.STEEL_316)).run(3e-4)
-    (finding,) = found(run, "yield")
-    assert "impact speed" not in finding
-    assert re.search(r"; a yield strength of [\d.]+ GPa would bear it$", finding)
 
 
 @pytest.mark.parametrize(
@@ -358,20 +311,6 @@ def test_a_push_that_is_too_short_for_the_mesh(make: Any, coarse: float, cure: s
     assert not warned(enough or float(value[1]))
 
 
-def test_the_length_of_a_push() -> None:
-    """Of the strongest of two: a raised cosine has its own, another shape that of one with its impulse and peak."""
-    time = np.linspace(0.0, 1e-4, 10001)
-    cosine = np.where(time < 2e-5, 1.0 - np.cos(2.0 * pi * time / 2e-5), 0.0)
-    half_sine = np.where((time > 4e-5) & (time < 7e-5), np.sin(pi * (time - 4e-5) / 3e-5), 0.0)
-    forces = np.array([cosine + half_sine, 0.1 * cosine + half_sine, -cosine])
-    lengths = push_lengths(forces, 1e-8)
-    assert lengths == pytest.approx([2e-5, 4.0 / pi * 3e-5, 0.0], rel=1e-3)
-    assert lengths[2] == 0.0
-    # A push that a record begins or ends with is as long as it is seen.
-    cut = half_sine[:5500]
-    assert push_lengths(np.array([cut, cut[::-1]]), 1e-8) == pytest.approx(2.0 / pi * 3e-5, rel=1e-3)
-
-
 def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between the calls Ctrl-C ends a run."""
     whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
@@ -380,31 +319,3 @@ def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.Monk
     monkeypatch.setattr(loop, "run_windows", lambda *given: calls.append(given) or real(*given))
     assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
     assert len(calls) > 5
-
-
-TWICE = hl.Sphere(2.0 * 4.76e-3, HARD)
-HOLLOW = hl.HollowSphere(4.76e-3, 4.3e-3, HARD)
-LAWS: dict[str, tuple[Callable[[], ComputedLaw], Bead]] = {
-    "axisymmetric": (lambda: computed_law(BEAD, max_force=50.0, spacing=20e-6), BEAD),
-    "hollow": (lambda: computed_law(HOLLOW, max_force=20.0, spacing=20e-6), HOLLOW),
-}
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_a_law_that_was_computed_for_other_bodies(name: str) -> None:
-    """Only its own bodies do not warn; Hertz's force is as the root of the radius, which tells by how much."""
-    make, own = LAWS[name]
-    law = make()
-    for bead, striker in ((own, own), (TWICE, TWICE), (own, TWICE), (HOLLOW, HOLLOW)):
-        run = hl.CoSimulation(hl.Chain([bead] * 2, striker, 1e-3, law=law), WALL).run(2e-6)
-        lines = [line for line in found(run, "contact law") if "was computed for other bodies" in line]
-        assert len(lines) == (bead != own or striker != own)
-        if own == BEAD and bead == TWICE:
-            assert "that of contact 1" in lines[0]
-            assert "is 1.41 times theirs" in lines[0]
-    later = hl.CoSimulation(hl.Chain([own, own, TWICE], own, 1e-3, law=law), WALL).run(2e-6)
-    assert "that of contact 3 " in "".join(found(later, "contact law"))
-    by_pair = hl.Chain(
-        [BEAD, TWICE], BEAD, 1e-3, law=lambda one, other: law if one == other == own else hl.contact_law(one, other)
-    )
-    assert not any("other bodies" in line for line in findings_of(hl.CoSimulation(by_pair, WALL).run(2e-6)))

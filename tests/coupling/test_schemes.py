@@ -33,10 +33,6 @@ GOOD = {name: scheme for name, scheme in SCHEMES.items() if getattr(scheme, "pre
 each = pytest.mark.parametrize("name", SCHEMES)
 
 
-SHORT_CHAIN = hl.Chain([BEAD] * 4, BEAD, 0.31)
-"""Its wave strikes the structure after 76 µs, that of the long chain after 270 µs."""
-
-
 def couple(case: Any, scheme: Any, until: float = 1e-3, **keywords: Any) -> xr.Dataset:
     """The run of a hard case."""
     chains = list(case.chains) if len(case.chains) > 1 else case.chains[0]
@@ -123,30 +119,6 @@ def test_the_condensed_interface_makes_no_energy_on_hard_cases(case: str) -> Non
     assert abs(total).max() < 1e-6
 
 
-def two_ends(scheme: Any = None) -> hl.CoSimulation:
-    """A pushed chain between two points of a plate."""
-    plate = hl.kirchhoff_plate(0.1, 0.1, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(*["clamped"] * 4), cells=(6, 6))
-    body = plate.at([0.03, 0.06], [0.05, 0.05])
-    last, first = hl.ContactPoint(body, 0), hl.ContactPoint(body, 1)
-    pushed = hl.Chain([BEAD] * 6, striker=None, preload=1.0, impact_speed=0.31)
-    return hl.CoSimulation(pushed, last, scheme, behind=first)
-
-
-@pytest.mark.parametrize("structure", STRUCTURES)
-def test_the_condensed_interface_makes_no_energy(structure: str) -> None:
-    run = hl.CoSimulation(chain(), STRUCTURES[structure]).run(UNTIL)
-    assert abs(changes(run)[1]).max() < 1e-11
-    assert float(run.interface_work[-1]) > 1e-3 * float(run.impact_energy)
-
-
-def test_the_condensed_interface_makes_no_energy_on_two_ends_of_a_chain() -> None:
-    run = two_ends().run(3e-4)
-    total, mismatch = changes(run)
-    assert run.sizes["interface"] == 2
-    assert abs(mismatch).max() < 1e-11
-    assert abs(total).max() < 1e-6
-
-
 def lossy(gravity: float) -> hl.Chain:
     """With dashpots."""
     return hl.Chain([BEAD] * 14, BEAD, 0.31, gravity=gravity, dissipation=hl.LinearDashpot(5.0))
@@ -228,110 +200,6 @@ def test_condensed_takes_one_structural_solve_a_window(monkeypatch: pytest.Monke
     assert run.evaluations.sum() > 1.2 * two.solves
 
 
-LOOPS = {
-    "rod": lambda: (chain(), STRUCTURES["rod"]),
-    "damped": lambda: (chain(), DAMPED_ROD),
-    "light": lambda: (light().chains[0], light().structures[0]),
-    "two chains": lambda: ([chain(0.31), chain(0.2)], CASES["two chains"]().structures[0]),
-}
-
-
-@pytest.mark.parametrize("case", LOOPS)
-def test_the_compiled_loop_does_what_the_scheme_does(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same motion, with the same halvings on a light body.
-
-    For a single contact the loop has another method, which takes other trials.
-    """
-    chains, structure = LOOPS[case]()
-    window = {"window": 8e-6} if case == "light" else {}
-    simulation = hl.CoSimulation(chains, structure, **window)
-    one = simulation.run(3e-4)
-    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
-    other = simulation.run(3e-4)
-    assert np.array_equal(one.windows.values, other.windows.values)
-    for quantity in ("contact_force", "velocity", "surface_displacement", "interface_work"):
-        scale = float(abs(other[quantity]).max())
-        assert one[quantity].values == pytest.approx(other[quantity].values, abs=1e-8 * scale)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", ["Aitken", "IQN-ILS", "explicit, serial, 1"])
-def test_evaluations_are_the_chain_windows_tried(
-    name: str, chain_windows: list[int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
-    one = Counted(STRUCTURES["rod"])
-    run = hl.CoSimulation(SHORT_CHAIN, one, SCHEMES[name], window=2e-5).run(1.6e-4)
-    assert run.evaluations.sum() == chain_windows[0] == one.solves
-    if name != "explicit, serial, 1":
-        assert chain_windows[0] > 2 * run.windows.sum()
-
-
-@pytest.mark.thorough
-def test_evaluations_count_windows_in_vain(chain_windows: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
-    run = hl.CoSimulation(SHORT_CHAIN, light().structures[0], hl.Aitken(largest_count=5), 8e-6).run(1.6e-4)
-    assert run.evaluations.sum() == chain_windows[0] > 5 * run.sizes["time"]
-
-
-class Box:
-    """A structure of which nothing is known but its answers."""
-
-    def __init__(self, structure: hl.Structure) -> None:
-        self.inside, self.surface = hl.stepping.MovingStructure(structure), structure.surface
-
-    def start(self) -> Any:
-        return self.inside.start()
-
-    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
-        return self.inside.advance(state, force, window)
-
-
-class Hardening:
-    """m ẍ + k x + k₃ x³ = F by twenty steps of Störmer and Verlet a window."""
-
-    surface = hl.Surface(hl.STEEL_440C)
-    mass, stiffness, cubic = 0.01, 2e7, 1e18
-
-    def start(self) -> tuple[float, float]:
-        return 0.0, 0.0
-
-    def advance(self, state: tuple[float, float], force: float, window: float) -> tuple[tuple[float, float], float]:
-        (x, v), h = state, window / 20.0
-        for _ in range(20):
-            v += 0.5 * h * (force - self.stiffness * x - self.cubic * x**3) / self.mass
-            x += h * v
-            v += 0.5 * h * (force - self.stiffness * x - self.cubic * x**3) / self.mass
-        return (x, v), x
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", [name for name in GOOD if name != "condensed"])
-def test_a_black_box_is_what_its_structure_is(name: str) -> None:
-    known, boxed = (
-        hl.CoSimulation(SHORT_CHAIN, one, GOOD[name], window=1e-6).run(1.8e-4)
-        for one in (STRUCTURES["rod"], Box(STRUCTURES["rod"]))
-    )
-    for variable in ("velocity", "surface_displacement", "interface_work", "evaluations"):
-        assert (known[variable] == boxed[variable]).all()
-    assert (known.contact_force[:, -1] > 0.0).any()
-    assert np.isnan(boxed.structure_energy).all()
-    assert hl.energy_error(boxed) == pytest.approx(hl.energy_error(known), abs=1e-9)
-
-
-@pytest.mark.thorough
-def test_schemes_agree_on_a_black_box_that_is_not_linear() -> None:
-    found = [
-        hl.amplitude_ratio(hl.CoSimulation(chain(), Hardening(), scheme).run(5e-4), SENSOR).item()
-        for scheme in (hl.Aitken(), hl.IQN_ILS(), hl.Explicit(), hl.Explicit(2, parallel=True))
-    ]
-    soft = Hardening()
-    soft.cubic = 0.0
-    linear = hl.amplitude_ratio(hl.CoSimulation(chain(), soft, hl.Aitken()).run(5e-4), SENSOR).item()
-    assert found == pytest.approx([found[0]] * 4, abs=1e-4)
-    assert abs(found[0] - linear) > 0.01
-
-
 @pytest.mark.thorough
 @each
 def test_nothing_divides_by_a_residual_of_zero(name: str) -> None:
@@ -373,20 +241,6 @@ def test_no_agreement_names_window_time_and_residual(name: str) -> None:
 
 
 @pytest.mark.thorough
-def test_condensed_reaches_rounding() -> None:
-    """A thousandth of the usual tolerance can be had; less than rounding is refused."""
-    with pytest.raises(ValueError, match=r"tolerance = 1e-30: must lie between 1e-14 and 1"):
-        hl.Condensed(1e-30)
-    assert two_ends(hl.Condensed(1e-14)).run(1e-4).residual.max() < 1e-12
-    for structure in ("rod", "plate"):
-        runs = [
-            hl.CoSimulation(chain(), STRUCTURES[structure], hl.Condensed(most)).run(UNTIL) for most in (1e-14, 1e-11)
-        ]
-        assert ratios(runs[0]) == pytest.approx(ratios(runs[1]), abs=1e-9)
-        assert runs[0].residual.max() < 1e-12
-
-
-@pytest.mark.thorough
 def test_halving_rescues_a_repetition_that_diverges() -> None:
     """Added mass: at 8 µs the light body moves ten times as far as the contact's own approach."""
     case = light()
@@ -415,61 +269,8 @@ def test_quasi_newton_ends_on_a_linear_problem_after_a_repetition_for_each_unkno
     assert x == pytest.approx(exact, abs=1e-7 * abs(exact).max())
 
 
-def test_the_filter_drops_what_newer_differences_hold_already() -> None:
-    """Old differences that are nearly those of newer ones, or zero, change nothing; others do."""
-    random = np.random.default_rng(1)
-    (a, b, c), answers, residual = random.normal(size=(3, 6)), random.normal(size=(3, 6)), random.normal(size=6)
-    new = list(zip((a, b), answers[:2], strict=True))
-    nearly = [(a - b + 1e-5 * c, answers[2]), (np.zeros(6), answers[0]), (2.0 * b, answers[2])]
-
-    def step(filtering: float, differences: Any) -> Any:
-        return LeastSquares(hl.IQN_ILS(filtering=filtering), differences).step(residual, residual, residual)
-
-    assert step(1e-3, new + nearly) == pytest.approx(step(1e-3, new), abs=1e-12)
-    assert abs(step(1e-7, new + nearly) - step(1e-7, new)).max() > 1.0
-    assert abs(step(1e-3, [*new, (c, answers[2])]) - step(1e-3, new)).max() > 1e-2
-    assert step(1e-3, nearly[1:2]) == pytest.approx(0.5 * residual)
-
-
-def test_differences_of_earlier_windows_save_repetitions() -> None:
-    case, tried = light(), []
-    for reuse in (0, 2):
-        simulation = hl.CoSimulation(case.chains[0], case.structures[0], hl.IQN_ILS(reuse=reuse))
-        tried.append(float(simulation.run(4e-4).evaluations.sum()))
-    assert tried[1] < 0.9 * tried[0]
-
-
-@pytest.mark.thorough
-@given(
-    mass=st.floats(-2.0, 1.0).map(lambda power: 10.0**power),
-    stiffness=st.floats(4.0, 9.0).map(lambda power: 10.0**power),
-    damping=st.floats(0.0, 50.0),
-)
-@settings(max_examples=4)
-def test_schemes_agree_on_any_oscillator(mass: float, stiffness: float, damping: float) -> None:
-    """Strong schemes to their tolerances, explicit ones to their own error."""
-    struck, body = hl.Chain([BEAD] * 2, BEAD, 0.31), oscillator(mass, stiffness, damping)
-    runs = {}
-    for name in ("condensed", "Aitken", "IQN-ILS", "explicit, serial, 2"):
-        window = 2e-6 if name in STRONG else 1e-7
-        runs[name] = hl.CoSimulation(struck, body, SCHEMES[name], window).run(1.6e-4, save_every=2e-6)
-    exact = runs.pop("condensed").velocity
-    for name, run in runs.items():
-        assert abs(run.velocity - exact).max() < (1e-5 if name in STRONG else 1e-2) * 0.31
-
-
 def test_an_explicit_scheme_that_grows_unstable_stops() -> None:
     """A thousandth of a bead at 1 µs: the lagged force adds energy; unchecked, the run reports it."""
     case = CASES["lighter"]()
     with pytest.raises(hl.NotConverged, match=r"t = 0\.000\d+ s, .*the exchange has made or lost 0\.05 of the impact"):
         hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(), window=1e-6).run(1e-3)
-
-
-@pytest.mark.thorough
-def test_an_exchange_that_makes_energy_is_warned_of() -> None:
-    case = CASES["chattering"]()
-    run = hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(0, parallel=True)).run(case.until)
-    assert (
-        "energy: the run created or lost 1.5 % of the impact energy, most of it in the exchange"
-        in run.attrs["warnings"]
-    )

@@ -2,17 +2,13 @@
 
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.engine import fill
-from coupling.recording.frames import Frames, kept_at, motion_of
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
@@ -100,19 +96,13 @@ KEPT = "run: keeps sensors only, and holds no {}; run it by CoSimulation.run wit
     ("call", "message"),
     [
         (lambda: hl.energy_error(run(7)), KEPT.format("kinetic_energy and structure_work")),
-        (lambda: hl.plots.energy(run(7)), KEPT.format("kinetic_energy and structure_work")),
-        (lambda: hl.contact_events(run(7)), KEPT.format("surface_displacement")),
         (lambda: hl.plots.contact_map(run(7)), "run: keeps sensors only, and not the forces of all contacts;"),
         (lambda: hl.amplitude_ratio(run(7), 3), "sensor = 3: was not kept; must be one of 7$"),
-        (lambda: hl.amplitude_ratio(run(1, 2), 3), "sensor = 3: was not kept; must be one of 1, 2$"),
         (lambda: hl.amplitude_ratio(run(7, 9), 8), "sensor = 8: must be a bead that was kept: 7, 9$"),
         (lambda: hl.amplitude_ratio(run(5, chains=2), 7), "sensor = 7: was not kept; must be one of 5$"),
         (lambda: run(15), r"sensors = \[15\]: must be beads from 1 to 14, counted from the struck end"),
-        (lambda: run(10, chains=2), r"sensors = \[10\]: must be beads from 1 to 9, counted"),
         (lambda: run(0), "sensors = 0: must be a whole number, 1 or more"),
         (lambda: run(), r"sensors = \(\): must be a list of one bead number or more"),
-        (lambda: hl.CoSimulation(chain(), ROD).run(UNTIL, sensors=7), "sensors = 7: must be a list"),
-        (lambda: hl.CoSimulation(chain(), ROD).run(UNTIL, sensors=["7"]), "sensors = '7': must be a whole number"),
     ],
 )  # fmt: skip
 def test_what_sensors_do_not_hold_is_named(call: Callable[[], object], message: str) -> None:
@@ -120,32 +110,6 @@ def test_what_sensors_do_not_hold_is_named(call: Callable[[], object], message: 
         call()
 
 
-@pytest.mark.parametrize("picture", [hl.plots.setup, hl.plots.traces])
-def test_pictures_of_sensors(picture: Callable[[xr.Dataset], Any]) -> None:
-    assert picture(run(7)) is not None
-    plt.close("all")
-
-
-def test_a_report_of_sensors(tmp_path: Path) -> None:
-    hl.plots.report(run(7), tmp_path / "page.html", sensors=[7])
-    assert "bead 7" in (tmp_path / "page.html").read_text()
-
-
 def test_the_contact_of_the_last_bead_is_measured_at_it() -> None:
     every = hl.CoSimulation(chain(), ROD).run(UNTIL)
     assert hl.contact_time(run(7, 14)) == hl.contact_time(every)
-
-
-@pytest.mark.parametrize("sensors", [None, [2]])
-def test_the_deepest_approach_of_a_contact_on_a_spring_is_its_part(sensors: Any) -> None:
-    """A law is trusted up to an approach of its own contact; the structure's flexibility is another spring."""
-    soft = hl.Structure(np.eye(1), 1e9 * np.eye(1), None, np.ones(1), 2e-7, hl.Surface(hl.STEEL_316))
-    simulation = hl.CoSimulation(chain(3), soft)
-    interface, plan = simulation.interface, simulation.plan(1e-4)
-    frames = Frames(interface, plan.rows, None if sensors is None else kept_at(sensors, 3))
-    fill(frames, interface, simulation.scheme, None, plan)
-    motion = motion_of(interface.chains[0], frames.chains)
-    own = interface.chains[0].laws[-1]
-    assert own is not None
-    assert motion.peaks[0, -1] > 10.0
-    assert motion.deepest[0, -1] == pytest.approx(float(own.approach(motion.peaks[0, -1:])[0]), rel=1e-9)

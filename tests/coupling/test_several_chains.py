@@ -1,15 +1,13 @@
 """Several chains, and several contacts of one chain, against the monolithic reference, symmetries and balances."""
 
-import json
 import warnings
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 import xarray as xr
-from hard_cases import BEAD, oscillator
+from hard_cases import BEAD
 from monolithic import Contact, monolithic
 
 import hertzlink as hl
@@ -199,18 +197,6 @@ def test_nothing_is_lost_at_the_interfaces(name: str) -> None:
     assert float(run.residual.max()) < 1e-7
 
 
-@pytest.mark.thorough
-def test_two_plates_converge_at_second_order() -> None:
-    """Velocities of both chains, with the window halved twice."""
-    errors = []
-    for window in (1e-6, 5e-7, 2.5e-7):
-        run = system("chain between plates").run(window=window)
-        pairs = enumerate(reference("chain between plates"))
-        wrong = [chain_of(run, n).velocity.values[:, 1:7] - one.velocity.values[::2, 1:7] for n, one in pairs]
-        errors.append(np.sqrt(np.mean(np.square(wrong))))
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.2)
-
-
 def test_momentum_passes_through_a_free_rod() -> None:
     """Of two chains and a rod that nothing holds it is the striker's at every time."""
     facing, behind = [hl.ContactPoint(STUD, 0), None], [None, hl.ContactPoint(STUD, 1)]
@@ -221,20 +207,6 @@ def test_momentum_passes_through_a_free_rod() -> None:
     struck = BEAD.mass * 0.31
     assert (BEAD.mass * (first + second) + rod).values == pytest.approx(struck, abs=1e-7 * struck)
     assert float(BEAD.mass * second[-1]) > 0.5 * struck
-
-
-@pytest.mark.thorough
-def test_a_rod_struck_from_either_end_is_two_halves_on_a_wall() -> None:
-    """Its middle does not move."""
-    whole = hl.rod([hl.Layer(hl.ACRYLIC, 0.04, 0.01)], base="contact", elements=8)
-    half = hl.rod([hl.Layer(hl.ACRYLIC, 0.02, 0.01)], elements=4)
-    run = hl.CoSimulation([CHAIN, CHAIN], whole).run(UNTIL, save_every=1e-6)
-    alone = hl.CoSimulation(CHAIN, half).run(UNTIL, save_every=1e-6)
-    for number in (0, 1):
-        assert run.contact_force.isel(chain=number).values == pytest.approx(alone.contact_force.values, abs=1e-5)
-    ratios = hl.amplitude_ratio(run, SENSOR)
-    assert ratios.dims == ("chain",)
-    assert ratios.values == pytest.approx(hl.amplitude_ratio(alone, SENSOR).item(), abs=1e-7)
 
 
 @pytest.mark.thorough
@@ -267,17 +239,6 @@ def test_chains_far_apart_are_alone_until_the_waves_meet() -> None:
         assert float(apart.max()) > 1e-2 * greatest
 
 
-def test_a_chain_that_nothing_strikes_hangs_still() -> None:
-    """Under gravity and preload, next to one that is struck, each on a rod of its own."""
-    held = hl.Chain([BEAD] * 3, striker=None, gravity=9.81, preload=0.5)
-    run = hl.CoSimulation([CHAIN, held], [ACRYLIC_ROD, PTFE_ROD]).run(2e-4)
-    still = run.isel(chain=1)
-    expected = 0.5 + 9.81 * BEAD.mass * np.arange(1, 4)
-    assert still.static_force.values[1:4] == pytest.approx(expected, rel=1e-12)
-    assert bodies(still.contact_force, 4)[:, 1:] == pytest.approx(np.tile(expected, (run.time.size, 1)), rel=1e-9)
-    assert float(abs(run.surface_displacement.isel(interface=1)).max()) < 1e-15
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize("number", [0, 1])
 def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> None:
@@ -298,39 +259,6 @@ def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> Non
             assert measure(run, 4, wave)[number].item() == pytest.approx(expected, rel=1e-5, nan_ok=True)
     waves, expected_waves = hl.reflections(one, 4), hl.reflections(alone, 4)
     assert [wave and wave.begins for wave in waves[1:]] == [wave and wave.begins for wave in expected_waves[1:]]
-
-
-def test_measures_say_what_a_run_of_several_chains_lacks() -> None:
-    run = condensed("chain between plates")
-    short = run.isel(chain=1)
-    for measure, message in (
-        (lambda: hl.reflections(run, SENSOR), r"holds several over chain; .* choose one with run\.isel\(chain=0\)"),
-        (lambda: hl.wave_speed(run, 3, 5), "holds several over chain"),
-        (
-            lambda: hl.plots.contact_map(run),
-            r"run: has several chains; choose one chain with run\.isel\(chain=0\)",
-        ),
-        (lambda: hl.reflections(short, 7), "sensor = 7: must be a bead from 1 to 6"),
-        (lambda: hl.amplitude_ratio(run, 11), "sensor = 11: must be a bead from 1 to 10"),
-        (lambda: hl.energy_error(short), "run: holds 1 of its 2 chains; give the whole run"),
-        (lambda: hl.energy_error(run.isel(structure=0)), "run: holds 1 of its 2 structures; give the whole run"),
-        (lambda: hl.contact_events(short), "run: holds 1 of its 2 chains; give the whole run"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            measure()
-    assert hl.amplitude_ratio(run, 8).isnull().values.tolist() == [False, True]
-    assert hl.sensor_force(run, 8).isel(chain=1).isnull().all()
-
-
-def test_netcdf_keeps_all_of_it(tmp_path: Path) -> None:
-    run = condensed("chain between plates")
-    run.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as again:
-        assert again.drop_attrs().equals(run.drop_attrs())
-        assert json.loads(again.attrs["input"])["contacts"] == [[0, 0, 0, 0], [1, 0, 1, 0], [1, 1, 0, 1]]
-        assert again.interface_end.values.tolist() == ["last bead", "last bead", "first bead"]
-        assert hl.energy_error(again) == hl.energy_error(run)
-        assert hl.contact_events(again).drop_attrs().equals(hl.contact_events(run).drop_attrs())
 
 
 def build(speed: float) -> hl.CoSimulation:
@@ -402,18 +330,6 @@ def test_contact_points_that_are_not_there(structure: Any, number: Any, message:
         hl.ContactPoint(structure, number)
 
 
-def test_chains_and_structures_in_any_sequence() -> None:
-    """A tuple, an array and a generator are as good as a list."""
-    expected = hl.CoSimulation([CHAIN, QUIET], [ACRYLIC_ROD, PTFE_ROD]).describe()
-    for chains, facing in (
-        ((CHAIN, QUIET), (ACRYLIC_ROD, PTFE_ROD)),
-        (np.array([CHAIN, QUIET], dtype=object), np.array([ACRYLIC_ROD, PTFE_ROD], dtype=object)),
-        ((one for one in (CHAIN, QUIET)), (one for one in (ACRYLIC_ROD, PTFE_ROD))),
-    ):
-        assert hl.CoSimulation(chains, facing).describe() == expected
-    assert hl.CoSimulation([CHAIN], [ACRYLIC_ROD]).describe() == hl.CoSimulation(CHAIN, ACRYLIC_ROD).describe()
-
-
 def test_the_motion_of_a_plate_that_two_chains_strike() -> None:
     """At both contacts it is the run's own, which one of the forces alone would not give."""
     body = hl.reduce(WHOLE.at([0.02, 0.04], [0.03, 0.03]), until=UNTIL, keep_field=True)
@@ -425,43 +341,6 @@ def test_the_motion_of_a_plate_that_two_chains_strike() -> None:
         hl.plots.motion(run, lone, [3e-4])
     with pytest.raises(ValueError, match="run: holds 1 of its 2 chains"):
         hl.plots.motion(run.isel(chain=0), body, [3e-4])
-
-
-@pytest.mark.thorough
-def test_the_motion_of_one_structure_of_several() -> None:
-    """A plate between two chains, with the one on its back pushed backwards; the other structure is a rod."""
-    body = hl.reduce(WHOLE.at([0.03, 0.03], [0.03, 0.03], face=["front", "back"]), until=UNTIL, keep_field=True)
-    run = in_a_row(body, ACRYLIC_ROD).run()
-    motion = hl.plots.motion(run.isel(structure=0), body, [3e-4])
-    assert motion.attrs["contact_error"] < 5e-3
-    with pytest.raises(ValueError, match=r"run: has several structures; choose that one with run\.isel\(structure=0\)"):
-        hl.plots.motion(run, body, [3e-4])
-    with pytest.raises(ValueError, match="body: is not that of the run:"):
-        hl.plots.motion(run.isel(structure=1), body, [3e-4])
-    sparse = hl.reduce(WHOLE.at([0.03, 0.02], [0.03, 0.03]), until=UNTIL, keep_field=True)
-    alone = hl.CoSimulation(CHAIN, hl.ContactPoint(sparse, 1)).run(UNTIL, save_every=5e-7)
-    assert hl.plots.motion(alone, sparse, [3e-4]).attrs["contact_error"] < 1e-3
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_one_chain_on_one_of_two_points_is_as_on_a_structure_with_that_one(scheme: str) -> None:
-    several, lone = WHOLE.at([0.03, 0.02], [0.03, 0.03]), WHOLE.at(0.02, 0.03)
-    run = hl.CoSimulation(CHAIN, hl.ContactPoint(several, 1), SCHEMES[scheme]).run(3e-4, save_every=1e-6)
-    alone = hl.CoSimulation(CHAIN, lone, SCHEMES[scheme]).run(3e-4, save_every=1e-6)
-    assert run.contact_force.values == pytest.approx(alone.contact_force.values, abs=1e-4)
-    assert int(run.interface_point) == 1
-
-
-@pytest.mark.thorough
-def test_a_dashpot_that_closes_on_a_light_tip_does_not_stop_an_explicit_run() -> None:
-    """The force jumps there, however short the window."""
-    chain, tip = hl.Chain([BEAD] * 10, BEAD, 0.31, dissipation=LOSS), oscillator(0.7, 5e6)
-    found, expected = (
-        hl.CoSimulation(chain, tip, scheme).run(UNTIL, save_every=1e-6) for scheme in (hl.Explicit(), hl.Condensed())
-    )
-    assert found.velocity.values == pytest.approx(expected.velocity.values, abs=1e-3 * 0.31)
-    assert hl.energy_error(found) < 1e-4
 
 
 def test_one_structure_in_two_moving_ones_is_refused() -> None:

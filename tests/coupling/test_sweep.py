@@ -140,14 +140,6 @@ def test_an_error_names_the_point() -> None:
     assert caught.value.__notes__ == ["in the sweep's point radius = -1 mm"]
 
 
-def test_a_long_value_of_a_point_hides_no_other() -> None:
-    with pytest.raises(ValueError, match="length") as caught:
-        hl.sweep(on, until=4e-4, jobs=1, material=[replace(hl.PTFE, name="x" * 300)], length=[-1.0])
-    (note,) = caught.value.__notes__
-    assert note.endswith("…, length = -1 m")
-    assert len(note) < 200
-
-
 def dying(radius: float) -> hl.CoSimulation:
     if radius == 4e-3:
         os._exit(1)
