@@ -204,7 +204,7 @@ class _ChainOfRun:
         if described is not None:
             unlike = list(differences(described, stored(as_text(chain.describe()))))
         else:
-            modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
+            modes = 1 + int(np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1])))
             facts: dict[str, tuple[float, float]] = {
                 "beads": (reading.beads[0], count - 1),
                 "modes": (modes, chain.modes),
