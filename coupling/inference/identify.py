@@ -80,10 +80,6 @@ def identify(
         For sensors that are not in the chain, unknowns that the builder does not take, and records that are too short
         or too coarse.
 
-    References
-    ----------
-    Golub and Pereyra, Inverse Problems 19 (2003) R1, on gains and offsets that are projected out.
-
     Examples
     --------
     >>> import hertzlink as hl

@@ -115,10 +115,6 @@ def identifiability(
     ValueError
         For values that are zero, unknowns that the builder does not take, and sensors that are not in the chain.
 
-    References
-    ----------
-    Kay, Fundamentals of Statistical Signal Processing: Estimation Theory (1993), equation 3.31.
-
     Examples
     --------
     >>> import hertzlink as hl
