@@ -8,7 +8,6 @@ from scipy.integrate import simpson
 
 import hertzlink as hl
 from particles.deformable.bead_field import BeadField, Push
-from particles.deformable.vibration import vibration
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316
@@ -92,22 +91,3 @@ def test_a_bead_pushed_at_one_pole_carries_half_the_force(bead: hl.Sphere) -> No
     struck, far = poles(field)
     assert ahead[0][struck, 2] == -behind[0][far, 2]
     assert ahead[0][far, 2] == pytest.approx(-behind[0][struck, 2], rel=1e-9)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("bead", [SPHERE, SHELL])
-def test_each_mode_moves_the_poles_and_the_section_as_vibration_says(bead: hl.Sphere) -> None:
-    """Poles by struck and far, inwards and on; the section bears −Σ section q″, q″ = −ω² q."""
-    modes = 7
-    field, modes_at_poles = BeadField(bead, modes, 0.0), vibration(bead, modes)
-    for number in range(modes):
-        amplitude = np.zeros(modes)
-        amplitude[number] = 1e-9
-        displacement, stress = field.at(NONE, NONE, amplitude)
-        struck, far = -displacement[list(poles(field)), 2] / 1e-9
-        scale = abs(modes_at_poles.struck).max()
-        assert struck == pytest.approx(modes_at_poles.struck[number], abs=2e-3 * scale)
-        assert far == pytest.approx(modes_at_poles.far[number], abs=2e-3 * scale)
-        force = 1e-9 * modes_at_poles.section[number] * modes_at_poles.frequencies[number] ** 2
-        highest = 1e-9 * (abs(modes_at_poles.section) * modes_at_poles.frequencies**2).max()
-        assert through_section(field, stress) == pytest.approx(force, abs=1e-2 * highest)

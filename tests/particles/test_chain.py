@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import hertzlink as hl
-from particles.kernels.laws import Hertz, overlap_on_spring
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -147,36 +146,6 @@ def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -
     )
     moved = run.displacement.sel(bead=1).values
     assert abs(moved - exact.y[2]).max() < 1e-3 * moved.max()
-
-
-@given(st.floats(-0.38, 1e6), st.floats(1e-12, 1e-3))
-def test_the_share_of_a_spring_behind_hertz_is_exact(softness: float, approach: float) -> None:
-    """δ = δ_h + c δ_h^1.5 to rounding, from springs so negative that they all but snap to such as take all of it."""
-    scale = softness / np.sqrt(approach)
-    overlap = overlap_on_spring(Hertz(np.array([2.0])), 0, approach, scale / 2.0)
-    slope = 1.0 + 1.5 * scale * np.sqrt(overlap)
-    error = overlap + scale * overlap**1.5 - approach
-    assert abs(error) <= 1e-14 * (overlap + abs(scale) * overlap**1.5)
-    assert slope > 0.0
-
-
-@pytest.mark.parametrize("surface", [-2e-8, 0.0, 3e-7])
-def test_bodies_ahead_of_the_wave_are_left_out_only_where_nothing_moves_them(surface: float) -> None:
-    """Neither by the wave nor by a surface that comes back, which presses the last bead before the wave is there."""
-    fast, full = (hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C)) for _ in range(2))
-    assert fast.model.ends["quiet"].all()
-    ends = full.model.ends.copy()
-    ends["quiet"] = False
-    full.__dict__["model"] = full.model._replace(ends=ends)
-    state, other = fast.start(), full.start()
-    for k in range(8):
-        motion = k * surface, (k + 1) * surface
-        (state, force), (other, all_force) = fast.advance(state, motion, 1e-6), full.advance(other, motion, 1e-6)
-        assert force == all_force
-        assert np.array_equal(state.position, other.position)
-        assert np.array_equal(state.velocity, other.velocity)
-    assert (force > 0.0) == (surface < 0.0)
-    assert (state.velocity[-2] == 0.0) == (surface >= 0.0)
 
 
 def test_runs_that_would_not_end_are_refused() -> None:

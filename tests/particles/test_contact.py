@@ -135,18 +135,6 @@ def test_hollow_spheres_against_table_5_1(ratio: float) -> None:
     assert hl.contact_law(body, body).force(approach) == pytest.approx(k * approach**n, rel=0.05)
 
 
-@given(st.floats(1e6, 1e11), st.floats(1.0, 3.0), st.lists(st.floats(-9.0, -3.5), min_size=1, max_size=20))
-def test_a_table_of_a_power_law_is_that_law(k: float, n: float, logs: list[float]) -> None:
-    power, points = hl.laws.PowerLaw(k, n), np.geomspace(1e-8, 1e-4, 40)
-    table = hl.laws.TabulatedLaw(points, power.force(points))
-    approach = 10.0 ** np.array(logs)
-    for quantity in ("force", "tangent", "energy"):
-        found, wanted = (getattr(law, quantity)(approach) for law in (table, power))
-        assert found == pytest.approx(wanted, rel=1e-7)
-    assert table.approach(power.force(approach)) == pytest.approx(approach, rel=1e-9)
-    assert power.approach(power.force(approach)) == pytest.approx(approach, rel=1e-9)
-
-
 LAWS = [
     hl.contact_law(cylinder(), cylinder()),
     hl.contact_law(cylinder(), hl.Surface(STEEL)),
@@ -171,16 +159,6 @@ def test_laws_are_continuous_and_increase(law: ContactLaw) -> None:
         quad(lambda d: float(law.force(np.array(d))), 0, 1e-5)[0], rel=1e-6
     )
     assert float(law.overlap(law.energy(np.array(7e-6)))) == pytest.approx(7e-6, rel=1e-6)
-
-
-@pytest.mark.parametrize("law", [hl.laws.PowerLaw(4.671e7, 1.222), LAWS[0], LAWS[5]], ids=lambda law: law.name)
-def test_chains_with_tables_keep_energy_and_momentum(law: ContactLaw) -> None:
-    bead = hl.Sphere(4e-3, STEEL)
-    simulation = hl.CoSimulation(hl.Chain([bead] * 6, bead, 0.3, law=law), None)
-    run = simulation.run(until=30.0 * simulation.chain.contact_time)
-    momentum = (simulation.chain.mass * run.velocity.values).sum(axis=1)
-    assert momentum == pytest.approx(np.full(momentum.size, bead.mass * 0.3), rel=1e-12)
-    assert hl.energy_error(run) < (2e-4 if law is LAWS[5] else 2e-6)
 
 
 def test_a_law_may_be_a_function_of_the_bodies() -> None:

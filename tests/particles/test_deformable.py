@@ -158,16 +158,6 @@ def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
     )
 
 
-def test_vibration_left_behind_is_small() -> None:
-    """Rayleigh (Phil. Mag. 11 (1906) 283): of spheres that collide slowly hardly any energy stays in vibrations."""
-    chain = hl.DeformableChain([BEAD], BEAD, 0.5, modes=10)
-    run = hl.CoSimulation(chain, None).run(until=5e-5)
-    assert float(run.contact_force[-1, 0]) == 0.0
-    left = float(run.vibration_energy[-1].sum() / run.impact_energy)
-    assert 0.0 < left < 1e-4
-    assert float(run.vibration_energy.max("time").sum() / run.impact_energy) > 10.0 * left
-
-
 def test_chains_of_both_kinds_share_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """Window by window; tests/coupling/test_cosimulation.py compares the compiled loop with that, which takes 20 s to
     compile for such chains."""

@@ -1,7 +1,6 @@
 """What moves a chain, and what presses on it: impulse, energy, static forces, wave speeds of preloaded chains."""
 
-from dataclasses import replace
-from math import pi, radians
+from math import pi
 
 import numpy as np
 import pytest
@@ -118,37 +117,6 @@ def test_linear_waves_obey_the_dispersion_relation(frequency: float) -> None:
     wave_number = abs(np.polyfit(np.arange(phase.size), phase, 1)[0]) / BEAD.size
     theory = solitary.UniformChain(BEAD.size, BEAD.mass, STIFFNESS).angular_frequency(wave_number, 20.0)
     assert theory / (2.0 * pi) == pytest.approx(frequency, rel=5e-3)
-
-
-@pytest.mark.parametrize(
-    ("edge", "part", "passes"), [(0, 0.9, True), (0, 1.2, False), (1, 0.9, False), (1, 1.06, True), (2, 1.1, False)]
-)
-def test_bands_of_preloaded_dimers(edge: int, part: float, passes: bool) -> None:
-    """Masses M and m in turn on springs K: waves pass up to √(2K/M), then from √(2K/m) to √(2K/M + 2K/m).
-
-    part: the frequency over that of an edge.
-    """
-    light = hl.Sphere(BEAD.radius, replace(STEEL, density=0.3 * STEEL.density, name=""))
-    spring = 1.5 * STIFFNESS ** (2.0 / 3.0) * 20.0 ** (1.0 / 3.0)
-    per_mass = (1.0 / BEAD.mass, 1.0 / light.mass, 1.0 / BEAD.mass + 1.0 / light.mass)[edge]
-    rate = part * np.sqrt(2.0 * spring * per_mass)
-    time = np.linspace(0.0, 8e-4, 6001)
-    motion = 1e-9 * np.minimum(time / 3e-4, 1.0) ** 2 * np.sin(rate * time)
-    chain = hl.Chain([light, BEAD] * 20, hl.Piston(time, motion), preload=20.0)  # type: ignore[arg-type]
-    run = hl.CoSimulation(chain, WALL).run(until=8e-4, save_every=5e-7)
-    swing = abs(run.displacement.sel(time=slice(5e-4, None))).max("time")
-    assert (float(swing.sel(bead=slice(14, 17)).max()) > 0.2 * float(swing.sel(bead=0))) == passes
-
-
-@pytest.mark.parametrize("degrees", [90.0, 30.0, 3.0, 0.0, -30.0])
-def test_gravity_acts_by_its_part_along_the_chain(degrees: float) -> None:
-    chain = hl.Chain([BEAD] * 5, BEAD, 1e-9, gravity=9.81, inclination=radians(degrees), preload=1.0)
-    run = hl.CoSimulation(chain, WALL).run(until=1e-6)
-    weight = BEAD.mass * 9.81 * np.sin(radians(degrees))
-    assert run.static_force.values[1:] == pytest.approx(1.0 + weight * np.arange(1, 6), rel=1e-12)
-    assert float(run.velocity.isel(time=-1).sel(bead=0)) == pytest.approx(
-        9.81e-6 * np.sin(radians(degrees)), rel=0.02, abs=2e-9
-    )
 
 
 def test_a_hundred_spheres_against_an_independent_code() -> None:

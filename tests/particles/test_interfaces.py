@@ -28,22 +28,6 @@ def velocities(beads: list[hl.Sphere], law: object = equal, wall: hl.Structure |
     return run.velocity / SPEED
 
 
-def test_a_light_intruder_is_two_contacts_in_series() -> None:
-    """Each is pressed by half of the approach: k (δ/2)^3/2. The difference is of first order in the mass."""
-    marked = replace(bead(), material=replace(hl.STEEL_440C, name="in front of the intruder"))
-
-    def soft_behind(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
-        return hl.laws.PowerLaw(STIFFNESS / 2.0**1.5 if first is marked else STIFFNESS)
-
-    limit = velocities([bead()] * 7 + [marked] + [bead()] * 8, soft_behind).isel(bead=-1)
-    apart = [
-        float(abs(velocities([bead()] * 8 + [bead(mass)] + [bead()] * 8).isel(bead=-1) - limit).max())
-        for mass in (1e-2, 1e-3)
-    ]
-    assert apart[1] < 4e-4
-    assert apart[0] / apart[1] == pytest.approx(10.0, rel=0.05)
-
-
 def test_a_heavy_intruder_is_a_wall() -> None:
     """The difference is of first order in the masses' ratio."""
     wall = velocities([bead()] * 10, wall=hl.half_space(hl.STEEL_440C))

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import hertzlink as hl
 from particles.laws.axisymmetric import ComputedLaw, computed_law, pressed_to
@@ -100,14 +98,6 @@ def test_small_contacts_are_hertzian(first: hl.Sphere, second: hl.Sphere | hl.Su
     assert against_hertz(law, first, first if second is None else second, approaches) == pytest.approx(0.0, abs=0.003)
 
 
-def test_thin_shell() -> None:
-    """Hertz in series with Reissner's shell, R/h = 20, within 2 %."""
-    shell = hl.HollowSphere(RADIUS, 0.95 * RADIUS, ALUMINIUM)
-    law = computed_law(shell, max_force=5.0)
-    approaches = np.geomspace(law.smallest, law.largest, 20)
-    assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.02)
-
-
 @pytest.mark.parametrize("ratio", [0.0, 0.75, 0.97])
 def test_nothing_pulls_and_nothing_overlaps(ratio: float) -> None:
     """Inside the edge of the contact forces push; outside, the surfaces are apart, so that the contact is round."""
@@ -123,32 +113,6 @@ def test_nothing_pulls_and_nothing_overlaps(ratio: float) -> None:
         assert abs(forces[last]) < 1e-9 * forces.max()
         assert forces.min() >= -1e-6 * forces.max()
         assert (approach - gap - compliance @ forces)[last + 1 :].max(initial=0.0) <= 1e-9 * approach
-
-
-@pytest.mark.parametrize(("fall", "body"), [(1e-3, bead(0.5)), (2e-3, hl.Ellipsoid(1e-2, 4e-2, STEEL, axis="along"))])
-def test_gap_is_that_of_the_arc(fall: float, body: hl.HollowSphere | hl.Ellipsoid) -> None:
-    """Where the undeformed surface has fallen by 1 mm of 9.525, by 2 mm of 20: no parabola; a Surface has its arc."""
-    half = 0.5 * body.size
-    r = body.radius * np.sqrt(1.0 - (1.0 - fall / half) ** 2)
-    assert body_of(body, 1.0, "first").drop(np.array([r])) == pytest.approx(fall, rel=1e-12)
-    hollow = body_of(hl.Surface(STEEL, -100.0), 1.0, "second").drop(np.array([6e-3]))
-    assert hollow == pytest.approx(-2e-3, rel=1e-12)
-
-
-@pytest.mark.thorough
-@settings(max_examples=5, deadline=None)
-@given(
-    size=st.floats(1e-3, 1e3), modulus=st.floats(1e-4, 1e2), wall=st.floats(0.05, 0.9), poisson=st.floats(-0.3, 0.48)
-)
-def test_laws_scale(size: float, modulus: float, wall: float, poisson: float) -> None:
-    """s times as large and m times as stiff: F(s δ) = s² m F(δ)."""
-    material, stiffer = hl.Material(70e9, poisson, 2700.0), hl.Material(modulus * 70e9, poisson, 2700.0)
-    small = hl.HollowSphere(1e-2, 1e-2 * (1.0 - wall), material)
-    large = hl.HollowSphere(size * 1e-2, size * 1e-2 * (1.0 - wall), stiffer)
-    law = computed_law(small, max_approach=10e-6, spacing=20e-6)
-    scaled = computed_law(large, max_approach=size * 10e-6, spacing=size * 20e-6)
-    approaches = np.geomspace(1e-8, 10e-6, 10)
-    assert scaled.force(size * approaches) == pytest.approx(size**2 * modulus * law.force(approaches), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 from scipy.special import beta
 
 import hertzlink as hl
 from particles.dissipation import Dissipation
-from particles.kernels.motion import DampedVerlet, Verlet
 from particles.moving import ChainState
 
 STEEL = hl.Sphere(2.38e-3, hl.STEEL_316)
@@ -112,23 +110,6 @@ def test_restitution_holds_at_any_speed_and_mass(striker: hl.Sphere, bead: hl.Sp
         assert rebound(striker, bead, speed, hl.Restitution(wanted)) == pytest.approx(wanted, rel=1e-3)
 
 
-@pytest.mark.parametrize("alpha", [0.1, 0.7, 1.9, 3.0])
-def test_tsuji_is_the_collision_of_its_equation(alpha: float) -> None:
-    """δ″ = −δ^1.5 − α δ^¼ δ′ from δ′ = 1 until the force would pull, by another integrator."""
-
-    def force(_: float, state: NDArray[np.float64]) -> float:
-        approach = max(state[0], 0.0)
-        return float(approach**1.5 + alpha * approach**0.25 * state[1])
-
-    force.terminal, force.direction = True, -1.0  # type: ignore[attr-defined]
-    start = [1e-9, 1.0]
-    found = solve_ivp(
-        lambda t, s: [s[1], -force(t, s)], (0.0, 200.0), start, "LSODA", rtol=1e-10, atol=1e-13, events=force
-    )
-    expected = -float(found.y_events[0][-1][1])
-    assert rebound(SMALL, LARGE, 0.4, hl.Tsuji(alpha)) == pytest.approx(expected, rel=1e-3)
-
-
 def reduced(striker: hl.Sphere, bead: hl.Sphere) -> tuple[float, float]:
     """Reduced mass and stiffness."""
     mass = striker.mass * bead.mass / (striker.mass + bead.mass)
@@ -203,31 +184,6 @@ PASS_LOSSES = {
 }
 
 
-@pytest.mark.parametrize("loss", PASS_LOSSES)
-@pytest.mark.parametrize("flexibility", [0.0, 2e-9])
-def test_bodies_that_touch_nothing_fly_on_until_something_touches_them(loss: str, flexibility: float) -> None:
-    """From random places and velocities, in long windows, as the scheme does that moves all bodies at each step."""
-    rng, met = np.random.default_rng(3), 0
-    row = hl.Chain([STEEL, SMALL, STEEL, LARGE, STEEL, SMALL], STEEL, 0.5, dissipation=PASS_LOSSES[loss])
-    fast, general = (hl.stepping.MovingChain(row, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
-    assert isinstance(fast.model.stepper, Verlet)
-    general.__dict__["model"] = general.model._replace(stepper=DampedVerlet())
-    for _ in range(30):
-        gaps = 4e-6 * rng.random(7) - 0.4e-6
-        state = other = ChainState(np.append(np.cumsum(gaps[:-1]), 0.0) - gaps.sum(), 0.6 * rng.random(7) - 0.3)
-        for k in range(4):
-            motion = (1e-8 * k, 1e-8 * (k + 1))
-            (state, force), (other, force_too) = (
-                moving.advance(old, motion, 6e-6) for moving, old in ((fast, state), (general, other))
-            )
-            met += int((abs(state.velocity - other.velocity) > 0.0).any())
-            assert state.position == pytest.approx(other.position, abs=1e-11 * abs(other.position).max())
-            assert state.velocity == pytest.approx(other.velocity, abs=1e-10)
-            assert force == pytest.approx(force_too, abs=1e-10 * fast.scales[0])
-            assert state.lost == pytest.approx(other.lost, rel=1e-9, abs=1e-12 * row.impact_energy)
-    assert met > 30
-
-
 @pytest.mark.parametrize(("mass", "coefficient"), [(1e-2, 5e3), (1e-3, 2e3)])
 def test_a_force_that_jumps_as_a_contact_opens_creates_no_energy(mass: float, coefficient: float) -> None:
     """No mean force of a window is that of a bead with so strong a dashpot on so light a body: it has to be halved."""
@@ -236,13 +192,3 @@ def test_a_force_that_jumps_as_a_contact_opens_creates_no_energy(mass: float, co
     run = simulation.run(4e-5)
     assert run.windows.sum() > simulation.plan(4e-5).total
     assert hl.energy_error(run) < 1e-4
-
-
-def test_restitution_near_one_is_a_weak_damper() -> None:
-    """The angle's equation at π/2 − δ: δ tends to (2/π)(−ln e/2), and the two ways to find it agree where they meet."""
-    for coefficient in (0.9999999999999999, 1.0 - 1e-12, 1.0 - 1e-8):
-        expected = -np.log(coefficient) / np.pi
-        assert hl.Restitution(coefficient).damping_ratio == pytest.approx(expected, rel=1e-6)
-    below, above = (hl.Restitution(float(np.exp(-2.0 * w))).damping_ratio / w for w in (0.9999e-5, 1.0001e-5))
-    assert below == pytest.approx(above, rel=1e-7)
-    assert hl.Restitution(1.0).damping_ratio == 0.0

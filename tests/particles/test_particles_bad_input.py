@@ -12,9 +12,7 @@ from math import pi
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-import xarray as xr
 
 import hertzlink as hl
 from hertzlink.stepping import MovingChain
@@ -54,26 +52,20 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
 @pytest.mark.parametrize(
     ("builder", "changes", "message"),
     [
-        (CHAIN, {"impact_speed": -0.3}, r"impact_speed = -0\.3: must be zero or a positive number of m/s"),
-        (CHAIN, {"gravity": -9.81}, r"gravity = -9\.81"),
         (CHAIN, {"beads": []}, "beads = "),
         (CHAIN, {"beads": ["steel"]}, r"beads\[0\] = 'steel': must be a bead"),
         (CHAIN, {"beads": [body(mass=None)]}, r"beads\[0\]: mass = None: must be a finite number of kg"),
         (CHAIN, {"beads": [body(surface=None)]}, r"beads\[0\]: surface = None: must be a Surface"),
         (CHAIN, {"beads": [body(shell_flexibility=-1e-9)]}, r"beads\[0\]: shell_flexibility = -1e-09: must be"),
         (CHAIN, {"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
-        (CHAIN, {"impact_speed": None}, "impact_speed = None: must be a finite number of m/s"),
         (
             CHAIN,
             {"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])},
             r"impact_speed = 0\.3: the striker sets it",
         ),
-        (CHAIN, {"preload": -1.0}, r"preload = -1\.0"),
         (CHAIN, {"inclination": 90.0}, r"inclination = 90\.0: must lie between -2π and 2π, in rad"),
         (CHAIN, {"striker": hl.PushedBead([0.0, 1.0], [0.0, 0.0]), "impact_speed": None}, "moves nothing"),
         (CHAIN, {"law": 3}, r"law = 3: must be None, a law such as PowerLaw"),
-        (CHAIN, {"dissipation": hl.LinearDashpot}, "dissipation = <class.*: must be None or a loss"),
-        (DEFORMABLE, {"modes": 0}, re.escape("modes = 0: must be a whole number, 1 or more")),
         (DEFORMABLE, {"beads": [hl.Cylinder(2e-3, 4e-3, STEEL)]}, re.escape("beads[0] = Cylinder")),
         (DEFORMABLE, {"beads": [BALL, hl.Ellipsoid(2e-3, 6e-3, STEEL, "across")]}, re.escape("beads[1] = Ellipsoid")),
         (DEFORMABLE, {"striker": hl.Cylinder(2e-3, 4e-3, STEEL)}, re.escape("striker = Cylinder")),
@@ -109,22 +101,12 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
     [
         # Bodies and laws
         (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
-        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie between -2π and 2π, in rad"),
-        (lambda: hl.Ellipsoid(1e-3, 1e-2, STEEL, "up"), r"axis = 'up': must be one of 'across', 'along'"),
         (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), r"approaches = \[1e-06\], forces = .*two or more that increase"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), "that increase from zero"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, float("nan")], [1.0, 3.0]), "approaches = nan"),
         (lambda: hl.contact_law(3.0, crossing()), r"first = 3\.0: must be a body"),
         (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
         *[(lambda bad=bad: hl.Sphere(bad, hl.PTFE), "radius = ") for bad in (0.0, -1e-3, math.inf, "wide", None)],
-        *[
-            (lambda bad=bad: hl.Sphere(bad, STEEL), rf"radius = {re.escape(str(bad))}: must be {words}")
-            for bad, words in ((1e300, "at most"), (1e-200, "a positive number"))
-        ],
-        (lambda: hl.Sphere(1e-3, "steel"), "material = 'steel': must be a Material"),
-        (lambda: hl.drop_speed(-1.0), r"height = -1\.0: must be a positive number of m"),
         (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m, half"),
-        (lambda: hl.laws.TabulatedLaw("ab", "cd"), "approaches = 'ab': must be a list of numbers"),
         # Chains and their ends
         (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),
         (
@@ -136,10 +118,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             r"behind_flexibility = -1e-06: more negative than this contact can bear",
         ),
         (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: a single one that no striker meets"),
-        *[
-            (lambda bad=bad: hl.Chain([BALL], BALL, bad), f"impact_speed = .*: must be {words}")
-            for bad, words in ((1e300, "at most"), (1e-300, "a positive number"))
-        ],
         (lambda: MovingChain(LONG, FLAT, flexibility=-1e-3), r"flexibility = -0\.001: more negative than this contact"),
         (lambda: MovingChain(LONG, FLAT, dt=1e-4), r"dt = 0\.0001: too large for a stable step; must be below"),
         (lambda: MovingChain(STICKY, FLAT, dt=2e-6), "dt = 2e-06: too large"),
@@ -160,22 +138,13 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: replace(HANGING, striker=WEAK, impact_speed=None, preload=1.0),
             "too weak a spring for the striker to reach the chain",
         ),
-        (lambda: MovingChain("chain", FLAT), "chain = 'chain': must be a Chain"),
-        (lambda: MovingChain(LONG, "flat"), "surface = 'flat': must be a Surface"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0, 2.0], caution=LONG), "caution = Chain.*: must be a text"),
         # Excitations
-        (lambda: hl.Piston(np.array(np.nan), [0.0, 1e-6]), "time = .*: must be a list of two numbers or more"),
-        (lambda: hl.PushedBead([0.0, 1e-5], [[], 10.0]), r"force = \[\]: must be a finite number of N"),
         (lambda: hl.SpringLoaded(3.0, 1e3, 1e-3), r"striker = 3\.0"),
         (lambda: hl.PushedBead([0.0, 1.0], [1.0]), "as many as of force"),
         (lambda: hl.PushedBead([0.0, 0.0], [1.0, 2.0]), "time = .*: must increase from 0 s"),
         (lambda: hl.Piston([0.0, 1.0], [1e-6, 2e-6]), "displacement: must start from 0 m"),
-        (lambda: hl.Piston([0.0, 1.0], [0.0, 2e-6], surface="steel"), "surface = 'steel'"),
         # Losses
         (lambda: hl.LinearDashpot(-1.0), r"coefficient = -1\.0: must be zero or a positive number of N s/m"),
-        (lambda: hl.PowerDashpot(5.58, 0.5), r"exponent = 0\.5: must lie between 1 and 5"),
-        (lambda: hl.PowerDashpot(5.58, 1.81, "pairwize"), r"form = 'pairwize'.*did you mean 'pairwise'"),
-        (lambda: hl.Restitution(1.2), r"coefficient = 1\.2: must lie between 0.01 and 1"),
         # Solitary waves
         (lambda: solitary.UniformChain(D, M, K).wave_speed_from_force(1.0, -1.0), "^preload = -1.0"),
         (
@@ -183,14 +152,10 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             "^exponent = 1.0: must be greater than 1",
         ),
         (lambda: solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(-0.1), "^particle_speed = -0.1"),
-        (lambda: solitary.UniformChain(1e300, M, K).width, r"^size = 1e\+300: must be at most 1e\+100"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], xr.Dataset()), "forces = .*: must be a list of numbers"),
-        (lambda: solitary.UniformChain(D, M, K).transit_time(13, 0.3, 0.0), "^restitution = 0.0"),
         # Vibrations
         (lambda: vibration(BEAD, 10, 1e-6), "spacing: needs .* cells"),
         (lambda: vibration(BEAD, 1000, RADIUS), "modes = 1000"),
         (lambda: vibration(hl.Ellipsoid(RADIUS, RADIUS, STEEL), 3), "bead = Ellipsoid"),
-        (lambda: vibration("ball", 3), "bead = 'ball'"),
     ],
 )
 def test_bad_calls(call: Callable[[], object], message: str) -> None:

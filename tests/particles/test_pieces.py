@@ -1,20 +1,14 @@
 """Pieces of the compiled loops, called from Python: closed formulas, and laws and losses of a user's own."""
 
 from dataclasses import dataclass
-from math import fsum, sqrt
-from platform import machine
+from math import fsum
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from numba import njit, typeof
-from scipy.integrate import quad
-from test_losses import PASS_LOSSES
 
 import hertzlink as hl
-from particles.joined import pace_of
 from particles.kernels import laws
-from particles.kernels.motion import MOVED, TRIED, Verlet, advance
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 
@@ -27,16 +21,6 @@ TABULATED = laws.Mixed(
     laws.Tabulated(np.array([0.5, 3e9]), np.array([0, -1]), TABLE), laws.Hertz(STIFFNESS), np.array([True, False])
 )
 MIXED = laws.Mixed(laws.Hertz(STIFFNESS), TABULATED, np.array([False, True]))
-OVERLAPS = (1e-9, 3e-7, 2e-5)
-
-
-def yielding() -> laws.Yielding:
-    """A steel contact that yields, and remembers nothing yet."""
-    chain = hl.Chain([STEEL] * 2, STEEL, 1.0, law=hl.laws.Thornton(yield_strength=6e8))
-    moving = hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_316))
-    return laws.with_memory(moving.model.law, moving.start().position)  # type: ignore[no-any-return]
-
-
 LAWS: dict[str, tuple[Any, int, Any]] = {
     "Hertz": (laws.Hertz(STIFFNESS), 1, lambda d: 3e9 * d**1.5),
     "a table": (TABULATED, 0, lambda d: 0.5 * 2e8 * d**1.3),
@@ -44,56 +28,6 @@ LAWS: dict[str, tuple[Any, int, Any]] = {
     "a law of a user's own": (MIXED, 1, lambda d: 3e9 * d**1.5),
     "the law next to it": (MIXED, 0, lambda d: 0.5 * 2e8 * d**1.3),
 }  # fmt: skip
-
-
-@pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("overlap", OVERLAPS)
-def test_force_slope_and_energy_of_a_law(name: str, overlap: float) -> None:
-    piece, i, formula = LAWS[name]
-    assert laws.force(piece, i, overlap) == pytest.approx(formula(overlap), rel=3e-9)
-    slope = (formula(1.00001 * overlap) - formula(0.99999 * overlap)) / (2e-5 * overlap)
-    assert laws.slope(piece, i, overlap) == pytest.approx(slope, rel=1e-6)
-    assert laws.energy(piece, i, overlap) == pytest.approx(
-        quad(formula, 0.0, overlap, epsabs=0.0, epsrel=1e-11)[0], rel=1e-8
-    )
-    assert laws.force_of_step(piece, i, overlap) == laws.force(piece, i, overlap)
-    assert laws.elastic_overlap(piece, i, overlap) == overlap
-    for apart in (0.0, -overlap):
-        assert laws.force(piece, i, apart) == laws.slope(piece, i, apart) == laws.energy(piece, i, apart) == 0.0
-
-
-@pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("flexibility", [3e-8, 1e-5, -1e-10])
-def test_a_law_on_a_spring(name: str, flexibility: float) -> None:
-    """δ = δ_h + f F(δ_h)."""
-    piece, i, formula = LAWS[name]
-    own = laws.overlap_on_spring(piece, i, 1e-6, flexibility)
-    assert own + flexibility * formula(own) == pytest.approx(1e-6, rel=1e-8)
-    assert laws.overlap_on_spring(piece, i, -1e-6, flexibility) == -1e-6
-
-
-def test_a_contact_that_yields() -> None:
-    """Hertz's law at first; then unloaded it follows Hertz's law from its dent on, and has lost the area between."""
-    piece, before = yielding(), yielding()
-    begin, after = float(piece.begin[1]), 4.0 * float(piece.begin[1])
-    assert laws.force(piece, 1, 0.5 * begin) == pytest.approx(piece.stiffness[1] * (0.5 * begin) ** 1.5, rel=1e-12)
-    loading = quad(lambda d: laws.force(piece, 1, d), 0.0, after, points=[begin], epsabs=0.0, epsrel=1e-10)[0]
-    peak = laws.force_of_step(piece, 1, after)
-    assert (piece.limit[1], laws.force(piece, 1, after)) == (after, pytest.approx(peak, rel=1e-12))
-    dent, hard = float(piece.dent[1]), float(piece.hard[1])
-    assert 0.0 < dent < after
-    for overlap in (0.5 * (dent + after), 0.9 * after):
-        elastic = overlap - dent
-        assert laws.force(piece, 1, overlap) == pytest.approx(hard * elastic**1.5, rel=1e-12)
-        assert laws.slope(piece, 1, overlap) == pytest.approx(1.5 * hard * sqrt(elastic), rel=1e-12)
-        assert laws.energy(piece, 1, overlap) == pytest.approx(0.4 * hard * elastic**2.5, rel=1e-12)
-        assert laws.elastic_overlap(piece, 1, overlap) == pytest.approx(elastic, rel=1e-12)
-    assert laws.force(piece, 1, dent) == 0.0
-    given_back = laws.energy(piece, 1, after)
-    assert laws.lost_to_yielding(piece, before, 0, 2) == pytest.approx(loading - given_back, rel=1e-6)
-    assert laws.force(piece, 0, begin) == pytest.approx(piece.yield_force[0], rel=1e-9)
-    own = laws.overlap_on_spring(piece, 1, 2.0 * after, 1e-8)
-    assert own + 1e-8 * laws.force(piece, 1, own) == pytest.approx(2.0 * after, rel=1e-12)
 
 
 class Cone(NamedTuple):
@@ -202,47 +136,6 @@ def test_a_piece_that_numba_cannot_compile_is_named() -> None:
     law = wrong_law(force=lambda law, i, d: fsum([law.stiffness[i] * d**2]) if d > 0.0 else 0.0)
     with pytest.raises(ValueError, match=r"^Cut\.force: Numba cannot compile it: \S.*$"):
         hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, law=law), None).run(1e-5)
-
-
-@pytest.mark.skipif(machine() not in ("x86_64", "AMD64"), reason="the name of the instruction")
-def test_the_pass_over_the_beads_has_vector_instructions() -> None:
-    chain = hl.stepping.MovingChain(hl.Chain([STEEL] * 8, STEEL, 0.4), WALL.surface)
-    state, work = chain.start(), chain.work_space()
-    types = [typeof(one) for one in (0, state.position, state.velocity, work, 0.0, 1e-6, 3, 0.0, 0.0, 0, False)]
-    kernel = njit(Verlet.move)
-    kernel.compile((typeof(Verlet()), typeof(chain.model), *types))
-    assert "sqrtpd" in "".join(kernel.inspect_asm().values())
-
-
-@pytest.mark.parametrize("loss", PASS_LOSSES)
-@pytest.mark.parametrize(("gap", "slowest"), [(-4e-6, -0.1), (2e-7, -0.1), (2e-7, 0.3)])
-@pytest.mark.parametrize("steps", [1, 2, 3])
-def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(
-    steps: int, gap: float, slowest: float, loss: str
-) -> None:
-    """The last bodies, moved again against another surface, are where all bodies moved against it would be."""
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    row = hl.Chain([bead] * 8, bead, 0.4, dissipation=PASS_LOSSES[loss])
-    chain = hl.stepping.MovingChain(row, hl.Surface(hl.STEEL_316))
-    chain.__dict__["model"] = chain.model._replace(ends=chain.model.ends.view(np.recarray))
-    places, speeds, window = gap * np.arange(9.0) - 8.0 * min(gap, 0.0), np.linspace(0.3, slowest, 9), 4e-6
-    speeds = -speeds if slowest > 0.0 else speeds
-    places[6:] = places[6] - 4e-6 * np.arange(3.0)
-
-    pace = pace_of(chain.model, [steps], 9)
-    assert pace["reached"] == 9 - steps - (loss != "none")
-
-    def moved(wall: float, again: bool, y: Vector, v: Vector, work: Vector) -> tuple[Any, ...]:
-        contact, found = np.zeros(1, TRIED).view(np.recarray), np.zeros(1, MOVED).view(np.recarray)
-        contact.start, contact.surface = -1e-6, wall
-        advance(chain.model, places, speeds, y, v, work, 0.0, window, contact, pace.view(np.recarray), found, again)
-        return y, v, contact.answer, found.lost
-
-    trial = np.zeros(9), np.zeros(9), chain.work_space()
-    moved(-4e-5, False, *trial)
-    again = moved(1e-5, True, *trial)
-    whole = moved(1e-5, False, np.zeros(9), np.zeros(9), chain.work_space())
-    assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))
 
 
 LOADS: dict[str, dict[str, Any]] = {

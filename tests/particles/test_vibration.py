@@ -1,30 +1,22 @@
 """Free vibrations of beads: Lamb's frequencies, breathing shells, what the poles lack beyond the modes, bad input."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from math import ceil, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import spherical_jn, spherical_yn
-from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 import hertzlink as hl
 from particles.deformable.vibration import Vibration, vibration
-from particles.laws.axisymmetric_mesh import INTEGRATION_ORDER, body_of
-from structures.bodies.elasticity import body_matrices, shear_speed
+from structures.bodies.elasticity import shear_speed
 from structures.material import Material
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316
 RADIUS = 2.38e-3
-SPHERE = hl.Sphere(RADIUS, STEEL)
-SHELL = hl.HollowSphere(9.525e-3, 0.908 * 9.525e-3, hl.ALUMINIUM_6061)
 OBLATE, PROLATE = (hl.Ellipsoid(2.36e-3, length, STEEL, axis="along") for length in (3.0e-3, 10.16e-3))
-SPHERE_OF_LAMB = hl.Sphere(RADIUS, Material(200e9, 0.25, 8000.0))
-BEADS = [SPHERE, SHELL, OBLATE, PROLATE, hl.HollowSphere(9.525e-3, 4.7625e-3, STEEL)]
 
 
 def slowness(poisson_ratio: float) -> float:
@@ -99,11 +91,6 @@ def own(bead: hl.Sphere, found: Vibration) -> Vector:
     return found.frequencies * bead.radius / shear_speed(bead.material)
 
 
-def between_poles(found: Vibration) -> float:
-    """b, m/N: by what a unit force at one pole moves the other, at rest relative to the centre of mass."""
-    return found.cross + float(np.sum(found.struck * found.far / found.frequencies**2))
-
-
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.33, 0.45])
 def test_lambs_frequencies(poisson_ratio: float) -> None:
     """The ten lowest of all orders together are the sphere's modes, in order, and 1e-4 too high at most."""
@@ -112,17 +99,6 @@ def test_lambs_frequencies(poisson_ratio: float) -> None:
     off = own(bead, vibration(bead, 10)) / exact - 1.0
     assert np.all(off > 0.0)
     assert np.all(off < 1e-4)
-
-
-def test_published_frequencies() -> None:
-    """The closed form gives what H. Lamb (Proc. London Math. Soc. 13 (1882) 189) and A. E. H. Love (A Treatise on the
-    Mathematical Theory of Elasticity, sections 196 and 199) print for ν = 1/4, over π, and the modes agree."""
-    found = own(SPHERE_OF_LAMB, vibration(SPHERE_OF_LAMB, 10)) / pi
-    assert spheroidal(2, 0.25)[0] / pi == pytest.approx(0.840, abs=5e-4)
-    assert found[0] == pytest.approx(0.840, abs=5e-4)
-    radial = np.array([0.8160, 1.9285])
-    assert np.array(spheroidal(0, 0.25)) / pi * slowness(0.25) == pytest.approx(radial, abs=5e-5)
-    assert np.abs(found * slowness(0.25) - radial[0]).min() < 1e-4
 
 
 @pytest.mark.thorough
@@ -176,49 +152,3 @@ def test_answer_of_the_other_pole(poisson_ratio: float, modes: int, slow: float,
     answer = by_modes + found.cross - 1.0 / (bead.mass * square)
     given_way = vibration(bead, 10).compression
     assert answer == pytest.approx(pole_to_pole(bead, slow), rel=0.0, abs=tolerance * given_way)
-
-
-def whole_bead(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, rows: int, columns: int) -> Vibration:
-    """All modes of a mesh of both halves, 2 × columns cells along the arc, by dense matrices; `cross` is b."""
-    body = body_of(bead, 1.0, "bead")
-    flat = MeshQuad2.from_mesh(
-        MeshQuad.init_tensor(np.linspace(0.0, pi, 2 * columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1))
-    )
-    angle, depth = flat.doflocs
-    places = np.stack([body.radius * (1.0 - depth) * np.sin(angle), -body.half * (1.0 - depth) * np.cos(angle)])
-    basis = Basis(replace(flat, doflocs=places), ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
-    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
-    centre = depth == 1.0
-    joined = np.eye(basis.N)
-    joined[:, along[centre][:1]] += joined[:, along[centre][1:]].sum(axis=1, keepdims=True)
-    gone = [across[(angle == 0.0) | (angle == pi) | centre], along[centre][1:]]
-    joined = np.delete(joined, np.concatenate(gone), axis=1)
-    full, stiffness = (
-        matrix.toarray() for matrix in body_matrices(basis, [bead.material], np.zeros(flat.nelements, int))
-    )
-    full *= bead.mass / full[np.ix_(along, along)].sum()
-    squares, shapes = eigh(joined.T @ stiffness @ joined, joined.T @ full @ joined)
-    squares, shapes = squares[1:], joined @ shapes[:, 1:]
-    shapes *= np.sign(shapes[along[(angle == 0.0) & (depth == 0.0)][0]])
-    struck, far = (shapes[along[(angle == end) & (depth == 0.0)][0]] for end in (0.0, pi))
-    # Momentum of either half: the mid-plane's nodes belong to both, so their mass is taken cell by cell.
-    upper = basis.mesh.p[1, basis.mesh.t].mean(axis=0) < 0.0
-    half_mass = body_matrices(basis, [replace(bead.material, density=1e-9), bead.material], upper.astype(int))[0]
-    section = half_mass[along].sum(axis=0) @ shapes * bead.mass / (2.0 * half_mass[np.ix_(along, along)].sum())
-    opposite = struck * far < 0.0
-    compression = float(np.sum(2.0 * struck[opposite] ** 2 / squares[opposite]))
-    return Vibration(np.sqrt(squares), struck, far, compression, float(np.sum(struck * far / squares)), section)
-
-
-@pytest.mark.parametrize("bead", BEADS)
-def test_halves_make_the_whole(bead: hl.Sphere) -> None:
-    """A mesh of both halves has the same modes, and the sum of all of them is b."""
-    longest = max(bead.radius, 0.5 * bead.size)
-    found = vibration(bead, 12, longest / 4.0)
-    hollow = bead.inner_radius / bead.radius if isinstance(bead, hl.HollowSphere) else 0.0
-    expected = whole_bead(bead, max(ceil(4.0 * (1.0 - hollow)), 2), 7)
-    assert found.frequencies == pytest.approx(expected.frequencies[:12], rel=1e-8)
-    assert found.struck == pytest.approx(expected.struck[:12], rel=1e-5)
-    assert found.far == pytest.approx(expected.far[:12], rel=1e-5)
-    assert found.section == pytest.approx(expected.section[:12], rel=1e-5, abs=1e-6 * sqrt(bead.mass))
-    assert between_poles(found) == pytest.approx(expected.cross, rel=1e-6)

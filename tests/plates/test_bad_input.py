@@ -38,13 +38,10 @@ def added(*additions: Any) -> hl.Plate:
     return hl.kirchhoff_plate(1.0, 0.7, 0.01, MATERIAL, hl.Supports(), cells=(4, 4), additions=additions)
 
 
-BOTH = [
-    ({name: bad}, f"{name} = ") for name in ("length", "width", "thickness") for bad in (0.0, -0.1, np.nan, np.inf)
-] + [
+BOTH = [({name: bad}, f"{name} = ") for name in ("length", "thickness") for bad in (0.0, np.nan)] + [
     ({"thickness": 0.5}, r"thickness = 0\.5: exceeds the plate's shorter side, 0\.2 m"),
     ({"material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
     ({"supports": "free"}, "supports = 'free'"),
-    ({"highest_frequency": 0.0}, "highest_frequency = 0"),
     ({"cells": (1, 2, 3)}, "cells = "),
     ({"additions": ["rib"]}, r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened or a Prestress"),
     ({"cells": "ab"}, "cells = "),
@@ -56,23 +53,12 @@ BOTH = [
     ("builder", "changes", "message"),
     [
         *[(builder, *row) for builder in (THIN, THICK) for row in BOTH],
-        (THICK, {"shear_correction": 0.0}, r"shear_correction = 0\.0"),
-        (THICK, {"patch_radius": float("nan")}, "patch_radius = nan"),
-        (HALF_PLANE, {"thickness": 0.0}, r"thickness = 0\.0: must be a positive number of m"),
-        (HALF_PLANE, {"thickness": None}, "thickness = None"),
         (HALF_PLANE, {"highest_frequency": 1e-4}, r"highest_frequency = 0\.0001: must lie between 0\.001 and 1e\+12"),
-        (HALF_PLANE, {"material": "PTFE"}, "material = 'PTFE': must be a Material"),
         (HALF_PLANE, {"edge": "clampd"}, r"edge = 'clampd'.*did you mean 'clamped'"),
-        (HALF_PLANE, {"edge": None}, "edge = None"),
         (HALF_PLANE, {"distance": 0.0}, r"distance = 0\.0: must be a positive number of m"),
         (HALF_PLANE, {"distance": -0.1, "edge": "free"}, r"distance = -0\.1: must be zero or a positive number of m"),
-        (HALF_PLANE, {"distance": float("nan")}, "distance = nan"),
-        (HALF_PLANE, {"until": 0.0}, r"until = 0\.0: must be a positive number of s"),
         (HALF_PLANE, {"until": 100.0}, r"until = 100\.0: .*oscillators"),
-        (HALF_PLANE, {"highest_frequency": -1.0}, r"highest_frequency = -1\.0"),
-        (INFINITE, {"thickness": 0.0, "material": hl.PTFE}, r"thickness = 0\.0"),
         (INFINITE, {"thickness": None, "material": hl.PTFE}, "thickness = None"),
-        (INFINITE, {"thickness": 1e-3, "material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
         (
             INFINITE,
             {"thickness": 1e-3, "material": LAMINATE},
@@ -90,16 +76,11 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: hl.PointMass(0.1, 0.1, 0.0), r"mass = 0\.0: must be a positive number of kg"),
-        (lambda: hl.PointMass(float("inf"), 0.1, 1.0), "x = inf: must be a finite number of m"),
         (lambda: hl.Stiffener((0.1, 0.1), (0.1, 0.1), 1.0), "end = .*must lie elsewhere than the start"),
         (lambda: hl.Stiffener(0.1, (0.1, 0.1), 1.0), r"start = 0\.1: must be \(x, y\), in m"),
-        (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), -1.0), r"bending_stiffness = -1\.0: must be zero or a positive"),
-        (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), 1.0, mass_per_length=-2.0), r"mass_per_length = -2\.0"),
         (lambda: hl.Weakened((0.1, 0.2, 0.3), 0.5), r"region = .*must be \(left, right, bottom, top\)"),
         (lambda: hl.Weakened((0.2, 0.1, 0.3, 0.4), 0.5), "region = .*ascending"),
         (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 30.0), r"factor = 30\.0: must be at most 1"),
-        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 0.0), r"factor = 0\.0: must be a positive number"),
         (
             lambda: added(hl.PointMass(1.1, 0.1, 1.0)),
             r"additions\[0\] = .*must lie on the plate, between x = 0 and 1, y = 0 and 0\.7 m",
@@ -108,12 +89,8 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)), r"additions\[1\] = .*overlaps an earlier"),
         (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
         (lambda: sheet(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between ±√.* = ±3\.742"),
-        (lambda: hl.Ply(CARBON, 1e-3, 45.0), r"angle = 45\.0: must lie between -2π and 2π, in rad"),
-        (lambda: hl.Ply(CARBON, 0.0), r"thickness = 0\.0: must be a positive number of m"),
         (lambda: hl.Ply("carbon", 1e-3), "material = 'carbon': must be a Material or an OrthotropicMaterial"),
         (lambda: hl.Laminate([]), r"plies = \[\]: must be a list of one Ply or more"),
-        (lambda: hl.Laminate([CARBON]), "plies = .*must be a list of one Ply"),
-        (lambda: hl.Laminate([hl.Ply(CARBON, 1e-3)], surface=CARBON), "surface = .*must be a Material"),
         (lambda: hl.Laminate([hl.Ply(sheet(shear_modulus_across=2e9), 1e-3)]), r"shear_modulus_across.*ν = 1\.5"),
         (
             lambda: hl.mindlin_plate(0.2, 0.1, None, LAMINATE, hl.Supports(), shear_correction=0.8),
@@ -124,17 +101,13 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             r"thickness = 0\.002: must be None or .* 0\.001",
         ),
         (lambda: section_of(None, STEEL), "thickness = None: must be a positive number of m; only a Laminate"),
-        (lambda: section_of(1e-3, CARBON), "material = .*must be a Material, a Laminate or"),
-        (lambda: hl.Supports(left="clamp"), r"left = 'clamp'.*did you mean 'clamped'"),
         (
             lambda: hl.kirchhoff_plate(0.3, 0.3, 1e-3, STEEL, hl.Supports("clamped", "clamped"), (1, 1)).at(0.1, 0.1),
             "the supports hold every degree of freedom",
         ),
         (lambda: hl.theory.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
         (lambda: hl.theory.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
-        (lambda: hl.theory.critical_distance_bounds(BEAD, PLATE, impact_speed=0.0), "impact_speed = 0"),
         (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
-        (lambda: hl.mindlin_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
         (
             lambda: hl.mindlin_panel(hl.Outline([(0, 0), (300, 0), (0, 200)]), 2e-3, MATERIAL).at(50.0, 50.0),
             "in millimetres",
@@ -154,7 +127,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
         (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
         (lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),
-        (lambda: replace(WALL, shear=np.full((2, 2), np.nan)), "shear = .*finite"),
     ],
 )
 def test_bad_calls(call: Callable[[], object], message: str) -> None:

@@ -1,6 +1,5 @@
 """Beams under an axial force: closed forms of frequencies and of buckling loads, statics on elastic ground, energy."""
 
-import warnings
 from math import pi
 
 import numpy as np
@@ -60,21 +59,6 @@ def test_buckling_on_ground() -> None:
         beam(length, STIFFNESS, MASS, hl.STEEL_316, 0.31, axial_force=-0.995 * load, foundation=ground)
         with pytest.raises(ValueError, match="buckles the beam"):
             beam(length, STIFFNESS, MASS, hl.STEEL_316, 0.31, axial_force=-1.005 * load, foundation=ground)
-
-
-def test_string() -> None:
-    """Under a great tension: f_n = n/2L √(N/m)."""
-    force = 1e6 * EULER
-    exact = np.sqrt(force / MASS) * pi * np.arange(1, 4) / LENGTH
-    area = MASS / hl.STEEL_316.density
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        strip(axial_force=0.99 * 205e6 * area)
-    with pytest.warns(hl.HertzlinkWarning, match=r"axial_force = .* MPa, beyond its yield strength of 205 MPa"):
-        strip(axial_force=1.01 * 205e6 * area)
-    with pytest.warns(hl.HertzlinkWarning, match=r"axial_force = .* N: stresses steel 316 to .* MPa, beyond its yield"):
-        tight = strip(axial_force=force)
-    assert frequencies(tight, 3) == pytest.approx(exact, rel=1e-4)
 
 
 def test_long_beam_on_ground_sinks_as_winkler_says() -> None:

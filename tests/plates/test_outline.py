@@ -55,19 +55,6 @@ def test_cells_are_no_larger_than_the_outline() -> None:
     assert 2 <= coarse.mesh.nelements < 50
 
 
-def test_gmsh_of_others_is_left_alone() -> None:
-    gmsh = pytest.importorskip("gmsh")
-    gmsh.initialize(interruptible=False)  # otherwise gmsh leaves Ctrl-C without Python's handler
-    try:
-        gmsh.model.add("theirs")
-        gmsh.option.setNumber("Mesh.Algorithm", 6)
-        hl.Outline(SQUARE).mesh(0.1, 0.1, Cells(0.05, 0.5, 0.1))
-        assert gmsh.model.getCurrent() == "theirs"
-        assert gmsh.option.getNumber("Mesh.Algorithm") == 6
-    finally:
-        gmsh.finalize()
-
-
 def test_without_gmsh(monkeypatch: pytest.MonkeyPatch) -> None:
     real = builtins.__import__
 

@@ -6,15 +6,10 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import hertzlink as hl
-from plates.elements.hermite import GROWTH
-from plates.shapes.grading import graded
-from plates.shapes.shape import Cells
 
 Array = NDArray[np.float64]
 
@@ -124,18 +119,6 @@ def test_what_front_and_back_of_a_thick_plate_lack_of_each_other(patch: float, b
     assert 0.5 * bound < abs(lacking) < bound
 
 
-@pytest.mark.parametrize("name", ["kirchhoff_plate", "mindlin_plate"])
-def test_symmetry_is_used_where_all_contacts_lie_on_its_line(name: str) -> None:
-    """On the centre line, on either face, half the plate is kept; slightly off it the whole, with the same answer."""
-    plate = PLATES[name]()
-    faces = ["front", "back"]
-    half, whole = (plate.at([0.1, 0.28], [y, y], faces) for y in (0.15, 0.15 + 1e-7))
-    assert half.size < 0.6 * whole.size
-    s = 2.0 * np.pi * 1e3
-    assert receptance(half, s) == pytest.approx(receptance(whole, s), rel=1e-5)
-    assert plate.at([0.1, 0.28], [0.15, 0.2]).size > half.size
-
-
 @pytest.mark.parametrize("make", [hl.kirchhoff_plate, hl.mindlin_plate])
 def test_contacts_on_a_symmetry_edge_strike_the_whole_plate_once(make: Callable[..., hl.Plate]) -> None:
     half_supports = hl.Supports("symmetry", "free", "clamped", "free")
@@ -148,26 +131,6 @@ def test_contacts_on_a_symmetry_edge_strike_the_whole_plate_once(make: Callable[
     assert one == pytest.approx(other, rel=1e-6)
     with pytest.raises(ValueError, match=r"x, y = .*: some lie on a symmetry edge and others inside"):
         half.at([0.0, 0.07], ys)
-
-
-@settings(max_examples=150, deadline=None)
-@given(
-    positions=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4),
-    finest=st.floats(1e-3, 0.1), ratio=st.floats(1.0, 20.0), geometric=st.booleans(),
-)  # fmt: skip
-@example(positions=[1.0 - 1e-5], finest=0.1, ratio=5.0, geometric=True)
-@example(positions=[1e-52, 0.3, 0.3 + 1e-5], finest=0.1, ratio=5.0, geometric=False)
-def test_cells_are_fine_at_every_position(positions: list[float], finest: float, ratio: float, geometric: bool) -> None:
-    growth = GROWTH if geometric else 0.6
-    nodes = graded(1.0, positions, Cells(finest, growth, ratio * finest, geometric))
-    sizes = np.diff(nodes)
-    assert (nodes[0], nodes[-1]) == (0.0, 1.0)
-    assert sizes.min() > 3e-3 * finest
-    assert sizes.max() <= 1.02 * ratio * finest
-    for position in positions:
-        assert abs(nodes - position).min() <= 2e-2 * finest
-        away = np.maximum(abs(nodes[1:] - position), abs(nodes[:-1] - position))
-        assert np.all(sizes <= 1.02 * finest + growth * away)
 
 
 def test_each_contact_sees_the_ply_that_it_touches() -> None:

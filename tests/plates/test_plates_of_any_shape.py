@@ -75,60 +75,6 @@ def test_circles(edge: str) -> None:
     assert modes[rigid:] == pytest.approx(exact_circle(edge), rel=2e-3)
 
 
-def clamped_disc(radius: float, thickness: float, material: hl.Material, place: float, largest: float) -> hl.Structure:
-    """A clamped circular plate struck at a distance from its centre, as its modes up to kR = largest, m.
-
-    w = (Jₙ(kr) − Jₙ(kR)/Iₙ(kR) Iₙ(kr)) cos nθ (Leissa, NASA SP-160, section 2.1); the modes beyond are as stiff as the
-    static deflection under the force leaves them, F (R² − r²)²/(16πDR²) (Timoshenko, Plates and Shells, section 64).
-    """
-    rigidity = material.youngs_modulus * thickness**3 / 12.0 / (1.0 - material.poisson_ratio**2)
-    mass = material.density * thickness
-    part, weights = np.polynomial.legendre.leggauss(200)
-    radii, weights = (part + 1.0) / 2.0, weights / 2.0
-    squares, contact = [], []
-    for order in range(int(largest)):
-
-        def bent(k: float, r: Any, n: int = order) -> Any:
-            return jv(n, k * r) - jv(n, k) / ive(n, k) * ive(n, k * r) * np.exp(k * r - k)
-
-        def slope(k: float, n: int = order) -> float:
-            return float(jv(n, k) * ive(n + 1, k) + ive(n, k) * jv(n + 1, k))
-
-        steps = np.arange(order + 0.5, largest, 0.2)
-        values = [slope(k) for k in steps]
-        for i in np.flatnonzero(np.diff(np.sign(values))):
-            k = float(brentq(slope, steps[i], steps[i + 1]))
-            norm = (
-                (2.0 if order == 0 else 1.0) * np.pi * mass * radius**2 * (weights * radii * bent(k, radii) ** 2).sum()
-            )
-            squares.append(rigidity / mass * (k / radius) ** 4)
-            contact.append(float(bent(k, place / radius)) / np.sqrt(norm))
-    b, omega = np.array(contact), np.array(squares)
-    static = (radius**2 - place**2) ** 2 / (16.0 * np.pi * rigidity * radius**2)
-    rest = static - float((b**2 / omega).sum())
-    return hl.Structure(np.diag(np.ones(b.size)), np.diag(omega), None, b, rest, hl.Surface(material))
-
-
-DISC = (0.11, 2e-3, hl.ALUMINIUM_6061)
-
-
-@pytest.mark.thorough
-def test_amplitude_ratio_of_a_clamped_disc() -> None:
-    """Where echoes of the rim nearly cancel the wave, AR 0.027; the modes are those of a plate that does not shear."""
-    pytest.importorskip("gmsh")
-    radius, thickness, material = DISC
-    panel = hl.mindlin_panel(hl.Outline(hl.circle(radius), edges="rim"), thickness, material, {"rim": "clamped"})
-    bead = hl.Sphere(4.765e-3, hl.STEEL_440C)
-    exact = clamped_disc(*DISC, 0.05, 50.0)
-    found = []
-    for structure in (exact, hl.reduce(panel.at(0.05, 0.0), 1.1e-3)):
-        waves = hl.reflections(hl.CoSimulation(hl.Chain([bead] * 14, bead, 0.31), structure).run(1.1e-3), 7)
-        found.append([waves.primary, waves.secondary])
-    for reference, other in zip(*found, strict=True):
-        assert other.amplitude_ratio == pytest.approx(reference.amplitude_ratio, abs=2e-3)
-        assert other.time_of_flight == pytest.approx(reference.time_of_flight, rel=1e-2)
-
-
 def l_shape(edges: Any = ()) -> hl.Outline:
     return hl.Outline([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], edges=edges)
 
@@ -378,32 +324,6 @@ def test_triangles_and_quadrilaterals() -> None:
         panel = hl.mindlin_panel(mixed, 0.02, MATERIAL, {"left": "clamped"})
     assert panel.shape.area == pytest.approx(1.0)
     assert panel.at(0.5, 0.5).origin["cells"] == 8
-
-
-def test_edges_that_hold_no_side() -> None:
-    """A set of one point held nothing without a word; a set with a point inside holds the sides it has."""
-    mesh = grid(2)
-    points = np.flatnonzero(np.isclose(mesh.points[:, 0], 0.0))
-    mesh.point_sets = {
-        "corner": points[:1],
-        "more": np.append(points, np.flatnonzero((mesh.points[:, :2] == 0.5).all(axis=1))),
-    }
-    with pytest.raises(ValueError, match="supports = 'corner': holds no whole facet of the boundary"):
-        hl.mindlin_panel(mesh, 0.02, MATERIAL, {"corner": "clamped"})
-    with pytest.warns(hl.HertzlinkWarning, match="supports = 'more': 1 of its 4 points are corners of no facet"):
-        hl.mindlin_panel(mesh, 0.02, MATERIAL, {"more": "clamped"})
-
-
-def test_parts_of_a_plate_that_touch() -> None:
-    one, moved = grid(2), grid(2).points + [1.0, 0.0, 0.0]
-    cells = one.cells[0].data
-    two = meshio.Mesh(
-        np.concatenate([one.points, moved]), [("triangle", np.concatenate([cells, cells + len(one.points)]))]
-    )
-    with pytest.raises(ValueError, match=r"6 points coincide .* remove duplicate nodes"):
-        hl.mindlin_panel(two, 0.02, MATERIAL)
-    with pytest.raises(ValueError, match=r"scale = 1\.0: an Outline is in m; scale is for meshes"):
-        hl.mindlin_panel(hl.Outline([(0, 0), (1, 0), (0, 1)]), 0.02, MATERIAL, scale=1.0)
 
 
 def test_an_outline_of_a_thin_plate_against_the_rectangle() -> None:

@@ -74,15 +74,6 @@ def test_a_plate_that_buckles_is_refused(
         above.at(SIDE / 2.0, SIDE / 2.0)
 
 
-def test_membrane() -> None:
-    """Where bending hardly matters the frequencies are those of a membrane, c = √(N/m)."""
-    force = 1e5 * EULER
-    with pytest.warns(hl.HertzlinkWarning, match="stresses the material to .* MPa, beyond a tenth of its Young's"):
-        plate = square("kirchhoff", force, force, cells=(30, 30))
-    omega = np.sqrt(force / (2700.0 * THICKNESS)) * pi / SIDE * np.sqrt([2.0, 5.0, 5.0, 8.0])
-    assert frequencies(plate, 4) == pytest.approx(omega, rel=1e-4)
-
-
 @pytest.mark.parametrize(
     ("forces", "mises"),
     [

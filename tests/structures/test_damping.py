@@ -187,20 +187,6 @@ def test_reduced_and_full_give_one_amplitude_ratio(name: str) -> None:
             assert other.amplitude_ratio == pytest.approx(one.amplitude_ratio, rel=1e-3)
 
 
-def test_one_material_keeps_an_arm_for_each_oscillator() -> None:
-    """Where the arm is a share of all of K it is diagonal in the modes; reduced before or after, it is the same."""
-    plate = hl.kirchhoff_plate(
-        0.2, 0.2, 2e-3, hl.ACRYLIC, hl.Supports("clamped", "clamped", "free", "free"), cells=(8, 8)
-    )
-    modes = hl.reduce(plate.at(0.05, 0.1), until=1e-3)
-    before = hl.damped(modes, StandardLinearSolid(0.3, 2e-5))
-    after = hl.reduce(hl.damped(plate.at(0.05, 0.1), StandardLinearSolid(0.3, 2e-5)), until=1e-3)
-    assert before.stiffness.nnz == 4 * modes.size
-    assert after.origin["reduction"]["size"] == after.size <= 2 * modes.size
-    for omega in (1e3, 1e4, 1e5):
-        assert dynamic_stiffness(after, omega) == pytest.approx(dynamic_stiffness(before, omega), rel=2e-3)
-
-
 @pytest.mark.parametrize(("scatter", "rate"), [(0.0, 2.0), (0.3, 2.0), (0.3, 40.0)])
 def test_a_reduction_meets_damping_far_from_the_contact(scatter: float, rate: float) -> None:
     """A line of masses and springs that scatter, whose far third is damped, after a pulse at its end: as the whole."""

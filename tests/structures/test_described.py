@@ -1,13 +1,9 @@
 """What is described is declared once: its checks, warnings, data and tables follow from its signature."""
 
-import ast
-import inspect
 import pickle
 import re
-import textwrap
 import warnings
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,24 +11,11 @@ import pytest
 
 import hertzlink as hl
 from hertzlink.cases.case import Case
-from hertzlink.cases.forms import form_of
 from hertzlink.quantities import Count, OneOf, Quantity
 from structures import described as described_module
 from structures.described import Described, description, registered
 
-HOME = Path(hl.__file__).parent.parent
 ROOMS = ("structures", "particles", "plates", "coupling")
-CHECKS = {"positive", "finite", "not_negative", "within", "between", "turn", "whole", "one_of", "warn"}
-
-SECOND = {
-    # Zero is for a free edge alone.
-    ("half_plane", "distance"),
-    # A part of the check, which says what the greatest component is.
-    ("Prestress", "xx"),
-    # Their ranges follow from the bodies.
-    ("computed_law", "max_approach"),
-    ("computed_law", "max_force"),
-}
 """Checks within what is described, other than by its annotation, and why."""
 
 
@@ -40,16 +23,6 @@ def ours() -> list[Described]:
     described = [one for one in registered() if str(one.target.__module__).partition(".")[0] in ROOMS]
     more = (hl.CoSimulation.__init__, hl.CoSimulation.run, hl.reduce, hl.laws.computed_law)
     return [*described, *filter(None, map(description, more))]
-
-
-def names_checked(one: Described) -> set[str]:
-    """The parameters that the code of what is described checks itself."""
-    target = inspect.unwrap(one.target)
-    code = ast.parse(textwrap.dedent(inspect.getsource(target)))
-    calls = [node for node in ast.walk(code) if isinstance(node, ast.Call)]
-    named = [node for node in calls if getattr(node.func, "id", getattr(node.func, "attr", "")) in CHECKS]
-    words = {word.value for node in named for word in node.args if isinstance(word, ast.Constant)}
-    return {name for name, of in one.parameters.items() if name in words and of.quantity}
 
 
 def test_a_parameter_without_an_annotation_is_refused() -> None:
@@ -62,20 +35,6 @@ def test_a_parameter_without_an_annotation_is_refused() -> None:
         ValueError, match=r"block: material has no annotation, must have one, such as material: hl\.Length"
     ):
         hl.described(block)
-
-
-def test_a_range_stands_in_one_place() -> None:
-    assert len(ours()) > 60
-    assert {(one.name, name) for one in ours() for name in names_checked(one)} <= SECOND
-
-
-def test_entries_of_a_case_have_the_ranges_of_signatures() -> None:
-    """No table of a case says the range of what a signature declares."""
-    pairs = [(form_of(of.target).entries, of.parameters) for of in ours()]
-    names = [(entries, of, name) for entries, of in pairs for name in entries if name in of and of[name].quantity]
-    shared = [(entries[name], of[name]) for entries, of, name in names]
-    assert len(shared) > 100
-    assert all(entry.quantity == parameter.quantity for entry, parameter in shared)
 
 
 def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,12 +65,6 @@ def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch)
     assert mine.contact_force.equals(ours.contact_force)
     with pytest.raises(ValueError, match=r"structure\.damping\[0\]\.rate: -1\.0 must be a positive number of 1/s"):
         run({"kind": "drag", "rate": -1.0})
-
-
-def test_what_users_get_keeps_its_ranges() -> None:
-    """Quantities of a signature are those of its entries in a case."""
-    for target in (hl.Sphere, hl.kirchhoff_plate, hl.reduce):
-        assert any(parameter.quantity for parameter in Described(target).parameters.values())
 
 
 def test_all_kinds_are_different() -> None:

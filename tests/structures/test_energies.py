@@ -31,20 +31,6 @@ def shaken(
     return found
 
 
-@pytest.mark.parametrize("structure", [ROD, hl.reduce(ROD, until=1e-4, tolerance=1e-6)], ids=["rod", "modes"])
-def test_a_free_motion_keeps_its_energy(structure: hl.Structure) -> None:
-    """To rounding, though it holds motions as fast as the window."""
-    moving = hl.stepping.MovingStructure(structure)
-    state = shaken(moving, 20, WINDOW)[-1][0]
-    found = []
-    for _ in range(300):
-        state, _ = moving.advance(state, 0.0, WINDOW)
-        found.append(moving.energies(state))
-    sums = np.sum(found, axis=1)
-    assert np.ptp(np.array(found)[:, 0]) > 0.1 * sums[0]
-    assert abs(sums - sums[0]).max() < 1e-9 * sums[0]
-
-
 DAMPED: dict[str, Callable[[], hl.Structure]] = {
     "Rayleigh": lambda: hl.damped(ROD, Rayleigh(1e4, 1e-7)),
     "dashpot": lambda: hl.rod(LAYERS, base="absorbing", elements=6),
@@ -70,8 +56,3 @@ def test_work_is_what_is_gained_and_taken(name: str, window: float) -> None:
         before, total = energy, total + taken
     # In the shortest run no wave has come to the dashpot.
     assert total > 0.03 * greatest or (window < WINDOW and name in ("dashpot", "coupled modes"))
-
-
-def test_a_rigid_wall_has_no_energy() -> None:
-    wall = hl.stepping.MovingStructure(hl.half_space(hl.PTFE))
-    assert wall.energies(wall.start()) == (0.0, 0.0)

@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 
 import hertzlink as hl
 from structures import reduction
-from structures.reduction import error_for_pulse
 
 SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
 PLATE = hl.kirchhoff_plate(0.3, 0.3, 2e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(20, 20))
@@ -24,15 +23,6 @@ def answer(
         state, surface = moving.advance(state, force, window)
         found.append(surface)
     return np.array(found)
-
-
-@pytest.mark.parametrize(
-    ("length", "error"), [(20e-6, 4.0), (28.284271247e-6, 2.828427125), (5e-6, 16.0), (90e-6, 2.0)]
-)
-def test_the_error_for_a_pulse_follows_a_power_of_its_length(length: float, error: float) -> None:
-    """Errors 80 µs / length are estimated at 10, 20 and 40 µs, and at 5 µs 16; beyond 40 µs the nearest counts."""
-    report = {"pulse": 40e-6, "error_estimate": 2.0, "shorter_pulses": [[20e-6, 4.0], [10e-6, 8.0], [5e-6, 16.0]]}
-    assert error_for_pulse(report, length) == pytest.approx(error, rel=1e-8)
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3])

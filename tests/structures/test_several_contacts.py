@@ -9,12 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import expm
 
 import hertzlink as hl
 from structures.damping import Rayleigh, StandardLinearSolid
-from structures.krylov import Modes
-from structures.reduction import receptance
 
 Array = NDArray[np.float64]
 
@@ -118,44 +115,6 @@ def test_the_work_of_all_forces_is_the_energy(ends: list[int], window: float, se
     assert gain + taken == pytest.approx(work, rel=1e-7)
 
 
-TWO = 2000.0**2 * np.array([[3.0, -1.0], [-1.0, 2.0]])
-
-
-def test_order_two_with_two_forces() -> None:
-    """Two coupled, damped masses under forces of unlike frequencies; the exact answer is a matrix exponential."""
-    damping = np.array([[900.0, -300.0], [-300.0, 500.0]])
-    columns, drives = np.array([[1.0, 0.3], [0.2, -1.0]]), np.array([3300.0, 2100.0])
-    body = hl.Structure(
-        sparse.csr_array(np.diag([2.0, 1.0])),
-        sparse.csr_array(TWO), sparse.csr_array(damping), columns, 0.0, hl.Surface(hl.PTFE),
-    )  # fmt: skip
-    errors = []
-    for steps in (160, 320, 640):
-        window = 5e-3 / steps
-        start, end = np.arange(steps)[:, None] * window, np.arange(1, steps + 1)[:, None] * window
-        means = 1.0 - (np.sin(drives * end) - np.sin(drives * start)) / (drives * window)
-        exact = exact_motion(damping, columns, drives, window, steps)
-        errors.append(abs(run(body, means, window) - exact).max() / abs(exact).max())
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-    assert errors[-1] < 1e-3
-
-
-def exact_motion(damping: Array, columns: Array, drives: Array, window: float, steps: int) -> Array:
-    """Of the contacts under 1 − cos Ωt on each; the generator holds 1 and, for each drive, cos Ωt and sin Ωt."""
-    inverse, generator = np.diag([0.5, 1.0]), np.zeros((9, 9))
-    generator[:2, 2:4] = np.eye(2)
-    generator[2:4, :2], generator[2:4, 2:4] = -inverse @ TWO, -inverse @ damping
-    generator[2:4, 4] = inverse @ columns.sum(axis=1)
-    for i, drive in enumerate(drives):
-        generator[2:4, 5 + 2 * i] = -inverse @ columns[:, i]
-        generator[5 + 2 * i, 6 + 2 * i], generator[6 + 2 * i, 5 + 2 * i] = -drive, drive
-    step, state, found = expm(window * generator), np.array([0.0] * 4 + [1.0, 1.0, 0.0, 1.0, 0.0]), []
-    for _ in range(steps):
-        state = step @ state
-        found.append(columns.T @ state[:2])
-    return np.array(found)
-
-
 def pulses(windows: int, window: float) -> Array:
     """Raised cosines of 40 µs on contact 0, and of 30 µs, later, on contact 1."""
     times = (np.arange(windows) + 0.5) * window
@@ -183,20 +142,3 @@ def test_reduced_answers_like_the_full_one_at_both_contacts(damping: str) -> Non
         # Steel against acrylic: contacts that are 6 times as stiff as each other.
         assert error[pushed] < 3e-3 * own[pushed]
         assert error[1 - pushed] < 3e-3 * own[pushed] * np.array([6.0, 1.0])[pushed]
-
-
-@pytest.mark.parametrize("damping", ["none", "diagonal", "full"])
-def test_the_estimate_is_made_of_all_receptances(damping: str) -> None:
-    """bᵀ(Λ + s² + sC + arms)⁻¹b between three contacts, by dense inverses; one relaxation time."""
-    rng = np.random.default_rng(4)
-    square, contact, root = rng.uniform(1.0, 9.0, 6), rng.normal(size=(6, 3)), rng.normal(size=(6, 6))
-    loss = {"none": None, "diagonal": rng.uniform(0.1, 0.5, 6), "full": root @ root.T}[damping]
-    stretch = rng.uniform(0.5, 1.0, 6)
-    s = np.array([0.3 + 1.0j, 0.3 + 2.5j])
-    found = receptance(Modes(square, contact, loss, [(0.7, stretch)], np.eye(6)), s)
-    assert found.shape == (3, 3, 2)
-    for k, one in enumerate(s):
-        matrix = np.diag(square + one**2 + 0.7 * one / (1.0 + 0.7 * one) * stretch)
-        if loss is not None:
-            matrix = matrix + one * (np.diag(loss) if loss.ndim == 1 else loss)
-        assert found[:, :, k] == pytest.approx(contact.T @ np.linalg.inv(matrix) @ contact, rel=1e-10)

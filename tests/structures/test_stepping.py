@@ -1,6 +1,5 @@
 """Structures in time: order, energy, passivity, and that participants hold no state."""
 
-from decimal import Decimal, getcontext
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ from scipy import sparse
 
 import hertzlink as hl
 from structures.kernels import linear
-from structures.oscillators import OscillatorStep
 
 
 def oscillator(omega: float, damping: float = 0.0) -> hl.Structure:
@@ -45,52 +43,6 @@ def test_slow_oscillators_move_exactly(damping: float) -> None:
         small, _ = moving.advance(small, 1.0, 3e-6)
     assert small.displacement == pytest.approx(large.displacement, rel=1e-11)
     assert small.velocity == pytest.approx(large.velocity, rel=1e-9)
-
-
-def exact_window(phase: float, drag: float) -> list[list[Decimal]]:
-    """exp of the generator of u, v and a steady force over a window of 1 s, to 40 digits: scaled, Taylor, squared."""
-    context = getcontext()
-    context.prec = 60
-    halvings = int(np.ceil(np.log2(max(1.0, 4.0 * drag))))
-    h, p, d, zero = Decimal(2) ** -halvings, Decimal(phase), Decimal(drag), Decimal(0)
-    generator = [[zero, h, zero], [-p * h, -2 * d * h, h], [zero] * 3]
-
-    def product(a: list[list[Decimal]], b: list[list[Decimal]]) -> list[list[Decimal]]:
-        return [[sum((a[i][k] * b[k][j] for k in range(3)), zero) for j in range(3)] for i in range(3)]
-
-    term = [[Decimal(i == j) for j in range(3)] for i in range(3)]
-    total = term
-    for k in range(1, 50):
-        term = [[value / k for value in row] for row in product(term, generator)]
-        total = [[a + b for a, b in zip(*rows, strict=True)] for rows in zip(total, term, strict=True)]
-    for _ in range(halvings):
-        total = product(total, total)
-    return total
-
-
-def test_slow_oscillators_are_exact_to_rounding() -> None:
-    """Undamped to far overdamped, at rest to (ωH)² = 1, close to and at critical damping: to 4e-15."""
-    phases = np.array([0.0, *10.0 ** np.arange(-18, 1, 3), 0.3])
-    drags = np.array([0.0, *10.0 ** np.arange(-18, 3, 2), 0.1, 0.3, 0.499, 0.501, 0.7, 1.05, 1.12, 3.0])
-    cases = np.array(
-        [(p, d) for p in phases for d in (*drags, *np.sqrt(p) * np.array([1.0, 1.0 + 1e-12, 1.0 - 1e-6, 1.001]))]
-    )
-    diagonal = [sparse.csr_array(sparse.diags_array(values)) for values in (np.ones(len(cases)), *cases.T)]
-    structure = hl.Structure(diagonal[0], diagonal[1], 2.0 * diagonal[2], np.ones(len(cases)), 0.0, hl.Surface(hl.PTFE))
-    found = OscillatorStep(structure, 1.0)
-    exact = np.array([[[float(x) for x in row] for row in exact_window(*case)] for case in cases])
-    for got, want in (
-        (found.rows[0], exact[:, 0, 0]),
-        (found.rows[1], exact[:, 0, 1]),
-        (found.rows[2], exact[:, 1, 0]),
-        (found.response.displacement[:, 0], exact[:, 0, 2]),
-        (found.response.velocity[:, 0], exact[:, 1, 2]),
-    ):
-        assert abs(got - want).max() > 0.0
-        assert np.all(abs(got - want) <= 4e-15 * abs(want))
-    # What is left of a rate goes through zero: to rounding of the two parts that are subtracted there.
-    parts = np.maximum(abs(exact[:, 1, 1]), np.minimum(abs(exact[:, 0, 0]), 2.0 * cases[:, 1] * exact[:, 0, 1]))
-    assert np.all(abs(found.rows[3] - exact[:, 1, 1]) <= 4e-15 * parts)
 
 
 def test_an_oscillator_with_the_period_of_the_window_is_seen() -> None:

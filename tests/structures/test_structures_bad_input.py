@@ -1,13 +1,12 @@
 # mypy: disable-error-code="arg-type, misc"
 """Bad input to structures: each error names the argument and its value, in one line.
 
-Meshes that are no solids are in test_solid, users' steps in test_own_step.
+Ranges of annotations have a row of each kind, as one function checks them; the searches of test_fuzz try all arguments.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -50,28 +49,19 @@ BODY: Made = (
     ("builder", "changes", "message"),
     [
         (ROD, {"layers": []}, "layers"),
-        (ROD, {"layers": ["steel"]}, "layers"),
         (ROD, {"layers": [STEEL], "base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
         (ROD, {"layers": [STEEL], "elements": 0}, "elements = 0"),
-        (ROD, {"layers": [STEEL], "elements": 2.5}, r"elements = 2\.5"),
-        (CYLINDER, {"layers": []}, "layers"),
         (
             CYLINDER,
             {"layers": [STEEL, hl.Layer(hl.PTFE, 0.02, 0.01)]},
             r"layers: have radii \[0\.0191, 0\.01\] m.*rod\(\)",
         ),
-        (CYLINDER, {"layers": [STEEL], "base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
-        (CYLINDER, {"layers": [STEEL], "base": 1e9}, r"base = 1000000000\.0: must be one of 'fixed', 'free'"),
-        (CYLINDER, {"layers": [STEEL], "patch_radius": float("nan")}, "patch_radius = nan"),
         (
             CYLINDER,
             {"layers": [STEEL], "patch_radius": 0.02},
             r"patch_radius = 0\.02: must not exceed the cylinder's radius, 0\.0191 m",
         ),
-        (CYLINDER, {"layers": [STEEL], "patch_radius": 1e-300}, "patch_radius"),
-        (CYLINDER, {"layers": [STEEL], "highest_frequency": 0.0}, r"highest_frequency = 0\.0"),
         (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: need"),
-        (CYLINDER, {"layers": [STEEL], "cells": 0}, "cells = 0"),
         (
             CYLINDER,
             {"layers": COATED, "patch_radius": 2e-3},
@@ -88,10 +78,7 @@ BODY: Made = (
             {"flexibility": [0.0, 1e-9, 0.0]},
             "flexibility, surface: must be one for all contacts, or 2",
         ),
-        (AT_TWO_POINTS, {"flexibility": "soft"}, "flexibility = 'soft': must be a number or an array of numbers"),
         (AT_TWO_POINTS, {"surface": [FLAT]}, "flexibility, surface: must be one for all contacts, or 2"),
-        (AT_TWO_POINTS, {"surface": [FLAT, "flat"]}, "surface = .*: must be a list of Surfaces"),
-        (BODY, {"mass": MASS[..., None]}, r"mass has shape \(2, 2, 1\): must be square"),
         (BODY, {"stiffness": -SPRING}, f"stiffness: {NO_NEGATIVE}, but its diagonal entry 0 is -2e\\+07 N/m"),
         (
             BODY,
@@ -109,13 +96,10 @@ BODY: Made = (
         (BODY, {"damping": [[5.0, 0.0], [0.0, -5.0]]}, f"damping: {NO_NEGATIVE}, but its diagonal entry 1 is -5 N s/m"),
         (BODY, {"damping": [[0.0, 5.0], [-5.0, 0.0]]}, "damping: must be symmetric"),
         (BODY, {"contact": [0.0, 0.0]}, "contact: must not be zero"),
-        (BODY, {"stiffness": [[np.nan, 0.0], [0.0, 1.0]]}, "stiffness: must hold finite numbers"),
         (BODY, {"mass": np.diag([0.0, 1.0]), "stiffness": np.diag([0.0, 1e7])}, "degree of freedom 0 has neither"),
         (BODY, {"stiffness": np.ones((2, 3))}, r"stiffness has shape \(2, 3\): must be square"),
         (BODY, {"contact": [1.0, 0.0, 0.0]}, r"mass has shape \(2, 2\): must be \(3, 3\)"),
-        (BODY, {"mass": [[np.inf, 0.0], [0.0, 1.0]]}, "mass: must hold finite numbers"),
         (BODY, {"contact": [0.0, np.nan]}, "contact: must hold finite numbers"),
-        (BODY, {"flexibility": "soft"}, "flexibility = 'soft': must be a finite number of m/N"),
         (BODY, {"surface": "flat"}, "surface = 'flat': must be a Surface"),
         (BODY, {"valid_until": 0.0}, r"valid_until = 0\.0: must be a positive number of s"),
     ],
@@ -148,25 +132,16 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             for bad in (np.eye(3), np.eye(6) + np.eye(6, k=1), -np.eye(6))
         ],
         # Damping
-        (lambda: hl.damped(None, Rayleigh()), "structure = None: must be a Structure"),
         (lambda: hl.damped(BAR, Rayleigh(-1.0)), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
         (
             lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1.0)), Rayleigh(0.0, 1.0)),
             "add Rayleigh before StandardLinearSolid",
         ),
         (lambda: hl.damped(BAR, Modal(0.1)), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
-        (lambda: Modal(-0.1), r"ratio = -0\.1: must be zero or a positive number"),
-        (lambda: Modal("much"), "ratio = 'much'"),
-        (lambda: hl.damped(BAR, StandardLinearSolid(0.0, 1e-5)), r"share = 0\.0"),
         (
             lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="instantaneous")),
             r"share = 1\.0: must be below 1",
         ),
-        (
-            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="glassy")),
-            "modulus = 'glassy': must be one of",
-        ),
-        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), "PTFE"), "part = 'PTFE': must be a whole number"),
         (
             lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1e-5)), StandardLinearSolid(1.0, 1e-5)),
             "part: the structure has Maxwell arms already",
@@ -179,7 +154,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (lambda: hl.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9), "part = 9: must be .* at most 1"),
         # Moving structures
-        (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
         *[
             (
                 lambda force=force: TWO_MOVING.advance(TWO_MOVING.start(), force, 1e-6),
@@ -193,54 +167,25 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ],
         # Theory of layers
         (lambda: theory.contact_time(M, K, 0.0), "^speed = 0.0: must be a positive number of m/s"),
-        (lambda: theory.time_of_flight(13, M, K, K, 0.4, 0.0), "^restitution = 0.0"),
         (lambda: theory.amplitude_ratio(1.01), "^restitution = 1.01: must lie between 0 and 1"),
-        (lambda: theory.critical_modulus("steel"), "^material = 'steel': must be a Material"),
-        (lambda: theory.critical_modulus(hl.STEEL_440C, 0.5), "^wall_poisson_ratio = 0.5: must lie between -1 and 0.5"),
         (lambda: theory.restitution(M, M), "^upper_mass = .*: must be greater than mass = "),
         (lambda: theory.restitution(1.0, np.array([3.0, 0.5])), r"^upper_mass = 0\.5: must be greater than mass"),
         (lambda: theory.secondary_delay(1.0, 0.0, 0.0), "^lower_stiffness = 0.0: must be a positive number of N/m"),
         # Rods
         (lambda: hl.Layer(hl.STEEL_440C, 25.4, 9.525), r"radius = 9\.525: must be at most 5 m; is it in millimetres"),
-        (lambda: hl.Layer(hl.STEEL_440C, "25.4e-3", 9.5e-3), r"length = '25\.4e-3': must be a finite number"),
         (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 are too many"),
-        *[(lambda bad=bad: hl.Layer(hl.PTFE, bad, 0.01), f"length = {bad}: must be") for bad in BAD_SIZES],
-        *[(lambda bad=bad: hl.Layer(hl.PTFE, 0.01, bad), f"radius = {bad}: must be") for bad in BAD_SIZES],
-        (lambda: hl.Layer("PTFE", 0.01, 0.01), "material = 'PTFE': must be a Material"),
-        (lambda: hl.half_space("PTFE"), "material = 'PTFE': must be a Material"),
         # Materials and surfaces
         *[
             (lambda bad=bad: hl.Material(bad, 0.3, 1e3), "youngs_modulus = ")
             for bad in (*BAD_SIZES, math.inf, "soft", None)
         ],
-        *[(lambda bad=bad: hl.Material(1e9, 0.3, bad), "density = ") for bad in (*BAD_SIZES, math.inf, "soft", None)],
         *[
             (lambda bad=bad: hl.Material(1e9, bad, 1e3), "poisson_ratio = .* between -1 and 0.5")
             for bad in (0.5, -1.0, 0.7)
         ],
-        *[
-            (lambda bad=bad: hl.Material(1e11, 0.3, 8e3, yield_strength=bad), "yield_strength = ")
-            for bad in (*BAD_SIZES, "hard")
-        ],
-        (lambda: hl.Surface("PTFE"), "material = 'PTFE': must be a Material"),
-        (lambda: hl.Surface(hl.PTFE, math.nan), "curvature = nan"),
         (lambda: hl.theory.hertz_stiffness(FLAT, FLAT), "curvature"),
-        (lambda: hl.theory.hertz_stiffness(1, FLAT), "first = 1: must be a Surface"),
         (lambda: hl.theory.hertz_pressure(LYING.surface, FLAT, 1.0), "touch along a line"),
-        (lambda: hl.theory.hertz_pressure(BALL.surface, FLAT, -1.0), r"force = -1\.0"),
-        (
-            lambda: hl.theory.hertz_pressure(BALL.surface, FLAT, Decimal("0.1")),
-            r"force = Decimal.*: must be a finite number",
-        ),
-        (lambda: hl.theory.yield_pressure({}), "material = {}: must be a Material"),
         (lambda: hl.theory.primary_amplitude_ratio(0.5 + 0j), "restitution = .*: must be a number or an array"),
-        # Steps
-        (lambda: MOVING.step([None]), r"window = \[None\]: must be a finite number"),
-        # Reduction
-        (lambda: hl.reduce(BAR, until=0.0), r"until = 0\.0: must be a positive number of s"),
-        (lambda: hl.reduce(BAR, until=1e-3, tolerance=0.0), r"tolerance = 0\.0"),
-        (lambda: hl.reduce(None, until=1e-3), "structure = None: must be a Structure"),
-        (lambda: hl.reduce(BAR, until=1e-3, largest=0), "largest = 0"),
     ],
 )
 def test_bad_calls(call: Callable[[], object], message: str) -> None:
