@@ -1,7 +1,6 @@
 """The waves of a measured signal, which shows no directions, and what may mislead in it."""
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -21,8 +20,8 @@ CLEAR = 8.0
 # And it is higher by this factor than what the force swings below zero before the waves: beads do not pull, so that
 # is hum, whose crests are as high as its troughs are deep.
 SWING = 1.5
-# It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
-# the least two samples on either side: a cubic spline through a run's samples reads no more.
+# It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits. At the
+# least two samples on either side: a cubic spline through a run's samples reads no more.
 REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
 # A signal's first wave back may be the incident one's tail where a later one is stronger by this factor: in 28 chains
 # drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others.
@@ -114,14 +113,15 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
     reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
     is taken. noise: in the signal, N.
     """
+    # The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
+    # reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units of the
+    # pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
     width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
-    reach = _reach(width, noise / smooth[peak])
-    half = max(1, round(0.5 * width))
+    part = REACH * ((noise / smooth[peak]) ** 2 / width) ** (1.0 / 12.0)
+    reach, half = max(2, round(width * float(np.clip(part, NARROWEST, WIDEST)))), max(1, round(0.5 * width))
     first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
     start, stop = max(0, first - reach), min(force.size, last + reach)
-    if stop - start == last - first + 2 * reach:
-        peak = first + int(np.convolve(force[start:stop], _middle_of(reach), "valid").argmax())
-    elif stop - start > 2 * reach:  # near an end of the record
+    if stop - start > 2 * reach:
         moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
         peak = first + int(moving[first - start : last - start].argmax())
     near = slice(max(0, peak - reach), peak + reach + 1)
@@ -129,22 +129,6 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
     tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
     best = max(tops, key=fit, default=time[peak])
     return float(fit(best)), float(best)
-
-
-@lru_cache(maxsize=256)
-def _middle_of(reach: int) -> Vector:
-    """Return what multiplies samples in the value of their polynomial in its middle."""
-    return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
-
-
-def _reach(width: float, noise: float) -> int:
-    """Return the samples on either side of a peak through which a polynomial is fitted; width in samples.
-
-    The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
-    reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units of the
-    pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
-    """
-    return max(2, round(width * float(np.clip(REACH * (noise**2 / width) ** (1.0 / 12.0), NARROWEST, WIDEST))))
 
 
 def ends_rising(force: Vector, incident: float, smallest: float) -> bool:

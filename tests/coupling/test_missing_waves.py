@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.results.missing_waves import until_of
 from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -150,14 +149,3 @@ def test_records_of_a_sweep_are_counted(run: xr.Dataset) -> None:
     with pytest.warns(hl.HertzlinkWarning, match=r"would hold it, in 2 of 3 runs$") as caught:
         hl.amplitude_ratio(several, 9)
     assert len(messages(caught)) == 1
-
-
-TIMES = [
-    (1.21e-3, "until = 0.0013 (1.3 ms)"), (9.99e-4, "until = 0.001 (1 ms)"), (2.0e-3, "until = 0.002 (2 ms)"),
-    (6.05e-4, "until = 0.00061 (610 µs)"), (1.5e-5, "until = 1.5e-05 (15 µs)"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("seconds", "text"), TIMES)
-def test_times_are_rounded_up(seconds: float, text: str) -> None:
-    assert until_of(seconds) == text
