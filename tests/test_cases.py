@@ -454,7 +454,7 @@ def test_what_yielding_changes_is_said_of_the_sensor_asked_for() -> None:
     data, yielded = run_both(task_of(case_of(text)), 1)
     (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     assert yielded is not None
-    assert "for the chain, AR at bead 2 is" in said
+    assert said.endswith('yields; "fresh spot" in the table is with law = { kind = "jackson_green" } for the chain')
 
 
 def rows_of(path: str) -> list[list[str]]:
@@ -476,7 +476,7 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert "bead 7, primary, fresh spot" in page
     with xr.open_dataset(tmp_path / "brass" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
-    assert 'with law = { kind = "jackson_green" } for the chain, AR at bead 7 is 0.068 instead of 0.181, TOF 69' in said
+    assert '"fresh spot" in the table is with law = { kind = "jackson_green" } for the chain' in said
     # The CSV files hold both; the traces, whose times differ, are two files.
     ratios = {row[-1]: float(row[4]) for row in rows_of("brass/waves.csv") if row[1] == "primary"}
     assert ratios == {"elastic": pytest.approx(0.181, abs=5e-4), "Jackson-Green": pytest.approx(0.068, abs=5e-4)}
@@ -490,10 +490,6 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert {row[-1] for row in rows_of("critical/points.csv")} == {"elastic", "Jackson-Green"}
     page = Path("critical/report.html").read_text(encoding="utf-8")
     assert re.search(r"no influence beyond 19.4\d mm \(19.* mm\) on elastic contacts, beyond 24.8\d mm \(24", page)
-    with xr.open_dataset(tmp_path / "critical" / "results.nc") as data:
-        (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
-    new, old = map(float, re.search(r"the critical distance is ([\d.]+) instead of ([\d.]+) mm", said).groups())
-    assert (new, old) == (pytest.approx(24.87, abs=0.1), pytest.approx(19.46, abs=0.1))
 
 
 BRASS = """

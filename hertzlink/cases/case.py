@@ -7,10 +7,9 @@ from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
-from importlib.machinery import ModuleSpec, SourceFileLoader
-from importlib.util import module_from_spec
 from math import inf
 from pathlib import Path as File
+from types import ModuleType
 from typing import Any
 
 import xarray as xr
@@ -313,10 +312,8 @@ def load(files: Iterable[File]) -> None:
             continue
         # Without dots it is no package: pickles, and kernels that are kept in files, find their classes by this name.
         name = place.replace(".", "_")
-        module = module_from_spec(ModuleSpec(name, SourceFileLoader(name, place), origin=place))
+        module = sys.modules[name] = ModuleType(name)  # annotations that are texts are looked up there
         module.__file__ = place
-        # Annotations that are texts are looked up there.
-        sys.modules[name] = module
         try:
             exec(compile(content, place, "exec"), vars(module))
         except SyntaxError as error:

@@ -5,7 +5,6 @@ import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import isnan
 from textwrap import fill
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
+from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, with_warnings
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
@@ -118,15 +117,15 @@ class Answer:
 
 
 def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
-    """Run a task; where contacts are beyond yield, once more with Jackson and Green's law, and the findings say what
-    changes.
+    """Run a task; where contacts are beyond yield, once more with Jackson and Green's law, as the findings say then.
 
     The second result is that with the law, where there is one. A sweep is not repeated.
     """
     yielded = None
     with collected() as said:
         data = run_task(task, jobs)
-    if task.kind != "sweep" and any(map(is_of_yield, (*findings_of(data), *said))):
+    findings = findings_of(data)
+    if task.kind != "sweep" and any(map(is_of_yield, (*findings, *said))):
         single = not isinstance(task.case.data["chain"], list)
         laws = ["chain.law"] if single else [f"chain[{i}].law" for i in range(len(task.case.data["chain"]))]
         others = {"measure.numerical_error": False, SENSITIVITIES: None}
@@ -137,40 +136,16 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
         except ValueError:
             pass  # A case that cannot run with the law keeps its findings.
         else:
-            words = f"with {YIELDING}, {'; '.join(_changes(task, data, yielded))}"
 
             def computed(finding: str) -> str:
-                return f"{finding.split('; ')[0]}; {words}" if is_of_yield(finding) else finding
+                cure = f'{finding.split("; ")[0]}; "fresh spot" in the table is with {YIELDING}'
+                return cure if is_of_yield(finding) else finding
 
             said = list(map(computed, said))
-            data = with_warnings(data, list(map(computed, findings_of(data))))
+            data = with_warnings(data, list(map(computed, findings)))
     for message in dict.fromkeys(said):
         caution(message)
     return data, yielded
-
-
-def _changes(task: Task, data: xr.Dataset, yielded: xr.Dataset) -> list[str]:
-    """Return what the law changes, in words: AR and TOF of a run, or the first critical distances."""
-
-    def instead(values: Sequence[float], digits: str) -> str:
-        new, old = ("none" if isnan(value) else f"{value:{digits}}" for value in values)
-        return f"{new} instead of {old}"
-
-    words = []
-    if task.along is None:
-        for sensor in task.sensors:
-            runs = [of_chain(result, task.case.measure.chain) for result in (yielded, data)]
-            ratios, flights = ([float(read(run, sensor)) for run in runs] for read in (amplitude_ratio, time_of_flight))
-            tof = instead([1e6 * flight for flight in flights], ".1f")
-            words.append(f"AR at bead {sensor} is {instead(ratios, '.3f')}, TOF {tof} µs")
-        return words
-    both = list(zip(task.points(task.others, yielded), task.points(task.others, data), strict=True))
-    for (new, _, texts), (old, *_) in both[:4]:
-        where = [f"{axis.head} {text}" for axis, text in zip(task.others, texts, strict=True)]
-        distances = [float(result.critical_distance) / task.along.size for result in (new, old)]
-        distance = f"the critical distance is {instead(distances, '.4g')} {task.along.unit}".strip()
-        words.append(f"{distance} ({', '.join(where)})" if where else distance)
-    return [*words, "and so on"] if len(both) > len(words) else words
 
 
 def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> Answer:

@@ -9,6 +9,7 @@ import numpy as np
 
 from coupling.results.measures import sensor_force
 from hertzlink.cases.case import Case
+from hertzlink.output import write_file
 from structures.caution import collected
 from structures.checks import nearest
 
@@ -29,13 +30,18 @@ def write_new(kind: str, path: Path | None) -> list[str]:
     """Write a first case into a new file, and the trace that it asks for; lines that say what next."""
     text, path = template(kind), path or Path(f"{kind}.toml")
     case, trace = quote(str(path)), path.with_suffix(".csv")
-    if kind != "identify":
-        _write(path, text)
-        return [f"written: {path}", f"next: hertzlink check {case}, then hertzlink run {case}"]
-    with collected():  # the fit warns of it
-        _write(trace, example_trace(text))
-    _write(path, text)
-    return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {case} {quote(str(trace))}"]
+    texts = {path: text}
+    if kind == "identify":
+        with collected():  # the fit warns of it
+            texts[trace] = example_trace(text)
+    for place in texts:
+        if place.exists():
+            raise ValueError(f"{place}: exists already; give another PATH")
+    for place, content in texts.items():
+        write_file(place, content.encode())
+    if kind == "identify":
+        return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {case} {quote(str(trace))}"]
+    return [f"written: {path}", f"next: hertzlink check {case}, then hertzlink run {case}"]
 
 
 def example_trace(text: str) -> str:
@@ -51,13 +57,3 @@ def example_trace(text: str) -> str:
         columns.append((force + random.normal(0.0, 0.01 * force.max(), time.size)) / volts)
     lines = [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
     return "\n".join(["time (s),channel 1 (V),channel 2 (V)", *lines]) + "\n"
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ValueError(f"{path}: exists already; give another PATH") from None
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be written ({error.strerror})") from None
