@@ -18,7 +18,7 @@ import click
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
 from hertzlink.cases.source import CaseError
-from hertzlink.output import WRONG_INPUT, check_output, complain, printable, say, set_up, show, write_folder, written
+from hertzlink.output import WRONG_INPUT, check_output, complain, deliver, printable, say, set_up
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -175,9 +175,7 @@ def write_results(
             # The numbers have taken long. Fonts or programs that figures need may be missing.
             complain(f"warning: the report is not complete: {error}")
 
-    write_folder(folder, write, force)
-    show(text)
-    written(folder)
+    deliver(folder, write, force, text)
     return done.code
 
 

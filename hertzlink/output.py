@@ -167,9 +167,10 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         shutil.rmtree(new, ignore_errors=True)
 
 
-def written(folder: Path) -> None:
-    """Say where results are: the folder on one line, which can be copied, and its files on the next."""
-    show(f"\nwritten to {folder.resolve()}:")
+def deliver(folder: Path, write: Callable[[Path], None], force: bool, text: str) -> None:
+    """Write a folder, show a text, and say where the files are: the folder on one line, which can be copied."""
+    write_folder(folder, write, force)
+    show(f"{text}\n\nwritten to {folder.resolve()}:")
     say(", ".join(sorted(path.name for path in folder.iterdir())))
 
 

@@ -52,11 +52,7 @@ def test_a_path_is_not_broken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     """Neither at its blanks nor at its hyphens, also if it is longer than a line."""
     shown = on_terminal(monkeypatch)
     folder = tmp_path / ("taps of the second-day " * 3).strip()
-    folder.mkdir()
-    (folder / "results.nc").write_text("")
-    monkeypatch.chdir(folder.parent)
-    monkeypatch.setattr(sys, "argv", ["hertzlink", "run", "--output", folder.name])
-    terminal.written(folder)
+    terminal.deliver(folder, lambda into: (into / "results.nc").touch(), False, "done")
     assert any(f"{folder.resolve()}:" in line for line in shown.getvalue().splitlines())
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hertzlink.cli import FORCE, of_case, output_option
-from hertzlink.output import check_output, show, write_folder, written
+from hertzlink.output import check_output, deliver
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -72,6 +72,4 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
         for file_name, content in files.items():
             (into / file_name).write_bytes(content)
 
-    write_folder(folder, write, force)
-    show("\n".join(lines))
-    written(folder)
+    deliver(folder, write, force, "\n".join(lines))

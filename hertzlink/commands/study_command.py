@@ -8,7 +8,7 @@ import click
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
 from hertzlink.cli import FORCE, FORMATS, JOBS, output_option
-from hertzlink.output import check_output, show, write_folder, written
+from hertzlink.output import check_output, deliver
 from hertzlink.studies import STUDIES, study
 from hertzlink.studies.writing import QUICK, Written, read_study
 from structures.caution import collected
@@ -58,9 +58,7 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
         warn(one_of_each(findings))
     inputs = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
     data = with_warnings(found.data.assign_attrs(provenance(inputs)), findings)
-    write_folder(folder, lambda into: found.write(into, data), force)
-    show(found.shown)
-    written(folder)
+    deliver(folder, lambda into: found.write(into, data), force, found.shown)
 
 
 @click.command("draw", short_help="Draw a study again from its netCDF file.")
@@ -74,6 +72,4 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
     folder = output or Path(f"{name}-drawn")
     check_output(folder, force)
     found = Written(name, study(name), data, form)
-    write_folder(folder, found.write, force)
-    show(found.shown)
-    written(folder)
+    deliver(folder, found.write, force, found.shown)
