@@ -20,7 +20,7 @@ from scipy.integrate import quad
 from scipy.linalg import eigvalsh
 from scipy.special import beta
 
-QUICK = ("geometry", "chains", "fem_validation", "plates_boundary")
+QUICK = ("geometry", "fem_validation")
 SLOW = [chapter.group for chapter in CHAPTERS if chapter.group not in QUICK]
 SCATTER = 1e-4
 """Other processors and other versions of the libraries step differently: losses that switch on and off, and peaks that

@@ -1,4 +1,4 @@
-"""More than a hundred numbers of Khatri's thesis, computed again from its text with numpy and scipy alone.
+"""55 numbers of Khatri's thesis, computed again from its text with numpy and scipy alone.
 
 D. Khatri, Non-Destructive Evaluation of Material System Using Highly Nonlinear Acoustic Waves (Caltech). Nothing
 here imports hertzlink or one of its rooms. `values` says what an entry is; theory, geometry, spheres, shapes, rods,

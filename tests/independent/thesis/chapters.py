@@ -4,8 +4,8 @@ from . import geometry, layers, plates, rod_length, rods, shapes, spheres, theor
 from .values import Chapter, Entry
 
 CHAPTERS: tuple[Chapter, ...] = (
-    theory.chapter, geometry.chapter, geometry.chains, spheres.fem, spheres.losses, shapes.bodies, shapes.hollow,
-    rods.chapter, rod_length.chapter, layers.upper, layers.lower, plates.aspect, plates.edges,
+    theory.chapter, geometry.chapter, spheres.fem, spheres.losses, shapes.bodies, shapes.hollow,
+    rods.chapter, rod_length.chapter, layers.upper, plates.aspect,
 )  # fmt: skip
 
 

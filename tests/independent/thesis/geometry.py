@@ -1,12 +1,11 @@
 """Chapter 2: masses from dimensions, and the striker's speed from its drop."""
 
-from math import pi, sqrt
+from math import pi
 
-from .materials import ALUMINIUM, GRAVITY, STEEL_316, sphere_mass
+from .materials import ALUMINIUM, STEEL_316, sphere_mass
 from .values import Chapter, Effort, Variants
 
 chapter = Chapter("geometry")
-chains = Chapter("chains")
 
 MINOR, LENGTH = 4.72e-3, 10.16e-3
 """m, axes of the ellipsoids."""
@@ -37,8 +36,3 @@ def hollow_mass(_: Effort) -> Variants:
         "R = 9.525 mm, wall 0.87 mm": mass(9.525e-3, 9.525e-3 - 0.87e-3),
         "R = 9.525 mm, ratio 0.908": mass(9.525e-3, 0.908 * 9.525e-3),
     }
-
-
-@chains.entry("rods/v_imp_derived", "", "m/s", "a drop of 1 cm (sections 2.4 and 6.1)")
-def drop_speed(_: Effort) -> Variants:
-    return {"sqrt(2 g h)": sqrt(2.0 * GRAVITY * 0.01)}

@@ -8,7 +8,6 @@ from functools import lru_cache
 from math import pi, sqrt
 
 import numpy as np
-from scipy.optimize import newton
 
 from .line import Numbers, on_rods, rod_cells, row
 from .materials import GRAVITY, PTFE, on_half_space
@@ -17,7 +16,6 @@ from .theory import CONTACT_TIME, TRANSIT
 from .values import Chapter, Effort, Variants
 
 upper = Chapter("layers_set3_upper")
-lower = Chapter("layers_set4_lower")
 
 AREA = pi * 9.525e-3**2
 UPPER, LOWER = (6.35, 101.6), 25.4
@@ -107,21 +105,6 @@ def AR_secondary(effort: Effort) -> Variants:
     return {m: [secondary_ratio(echo(length, LOWER, m, effort)) for length in UPPER] for m in MODELS}
 
 
-@upper.entry(
-    "Lu_critical", "25.4", "mm", "L_u at which the highest later wave is 10 % of the incident one; 22 in figure 6.11"
-)
-def critical_upper(effort: Effort) -> Variants:
-    """The cells change with the length, and so an error of a few hundredths of a millimetre is left."""
-
-    def excess(length: float, model: str) -> float:
-        return secondary_ratio(echo(length, LOWER, model, effort)) - 0.1
-
-    return {
-        model: float(newton(excess, 25.4, args=(model,), x1=31.75, tol=0.02))
-        for model in ("rods, undamped, g = 0", "rods, gamma = 5, g = 9.81")
-    }
-
-
 @upper.entry("TOF_psw_reduction_pct", "3.19", "%", "from L_u = 6.35 to 101.6 mm")
 def TOF_reduction(effort: Effort) -> Variants:
     def less(first: float, second: float) -> float:
@@ -129,12 +112,6 @@ def TOF_reduction(effort: Effort) -> Variants:
 
     found = {"equation 6.29": less(*map(primary_time, UPPER))}
     return found | {m: less(*(echo(length, LOWER, m, effort).delay for length in UPPER)) for m in MODELS}
-
-
-@upper.entry("TOF_psw_range", "0.47 0.43", "ms", "L_u = 6.35 and 101.6 mm; the thesis's range, by experiment")
-def TOF_upper(effort: Effort) -> Variants:
-    found = {"equation 6.29": [primary_time(length) * 1e3 for length in UPPER]}
-    return found | {m: [echo(length, LOWER, m, effort).delay * 1e3 for length in UPPER] for m in MODELS}
 
 
 @upper.entry("TOF_ssw", "0.619 0.821", "ms", "L_u = 6.35 and 101.6 mm; equation 6.34; thesis by experiment")
@@ -155,43 +132,3 @@ def TOF_secondary_of_chain(effort: Effort) -> Variants:
         if one.secondary is not None:
             found[model] = (one.secondary.time - one.seen[0].time) * 1e3
     return found
-
-
-@upper.entry("TOF_ssw/gain_pct", "32.5", "%", "from L_u = 6.35 to 101.6 mm")
-def TOF_gain(_: Effort) -> Variants:
-    first, second = (primary_time(length) + layer_time(length, LOWER) for length in UPPER)
-    return {"equation 6.34": (second / first - 1.0) * 100.0, "printed 0.821 over 0.619": (0.821 / 0.619 - 1.0) * 100.0}
-
-
-def thin(lower_length: float, model: str, effort: Effort) -> Echo:
-    """Set 4, up to the primary reflected wave."""
-    return echo(THIN, lower_length, model, effort, 0.75e-3)
-
-
-@lower.entry("AR_psw", "0.40 0.46", "1", "L_l = 9.52, 25.4, 152.4 mm, L_u = 6.35 mm; thesis by experiment and DPM")
-def AR_lower(effort: Effort) -> Variants:
-    found = {"equations 6.26 and 6.24": [amplitude_ratio(THIN)] * len(LOWER_LENGTHS)}
-    return found | {m: [thin(length, m, effort).ratio for length in LOWER_LENGTHS] for m in MODELS}
-
-
-@lower.entry("TOF_psw", "0.46 0.47", "ms", "L_l = 9.52, 25.4, 152.4 mm, L_u = 6.35 mm; thesis by experiment")
-def TOF_lower(effort: Effort) -> Variants:
-    found = {"equation 6.29": [primary_time(THIN) * 1e3] * len(LOWER_LENGTHS)}
-    return found | {m: [thin(length, m, effort).delay * 1e3 for length in LOWER_LENGTHS] for m in MODELS}
-
-
-@lower.entry("TOF_psw/variation_pct", "2.5", "%", "largest over smallest of L_l = 9.52, 25.4, 152.4 mm, less one")
-def TOF_variation(effort: Effort) -> Variants:
-    found = {}
-    for model in MODELS:
-        times = [thin(length, model, effort).delay for length in LOWER_LENGTHS]
-        found[model] = (max(times) / min(times) - 1.0) * 100.0
-    return found
-
-
-@lower.entry("T_l_eq_6_32", "", "us", "L_l = 9.52, 25.4, 152.4 mm, L_u = 6.35 mm")
-def layer_delay(_: Effort) -> Variants:
-    return {
-        name: [layer_time(THIN, length, share) * 1e6 for length in LOWER_LENGTHS]
-        for name, share in (("equation 6.32", 0.0), ("with a third of the lower mass", 1.0 / 3.0))
-    }

@@ -1,6 +1,5 @@
 """Section 6.2: Zener's equation, the numbers that follow from it, and waves from the contact to the plate's edge."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi, sqrt, tanh
@@ -15,7 +14,6 @@ from .theory import CONTACT_TIME, V_P
 from .values import Chapter, Effort, Variants
 
 aspect = Chapter("plates_aspect_ratio")
-edges = Chapter("plates_boundary")
 
 PLATE, BALL = ALUMINIUM, STEEL_440C
 THICKNESSES = (2.29, 3.18, 4.83)
@@ -109,39 +107,7 @@ _factor_entry(9.53, "lambda_D9p53", "1.28 - 0.2", "equation 6.37; t = 2.29, 3.18
 _factor_entry(19.1, "lambda_D19p1", "5.15 - 1.16", "equation 6.37; t = 2.29, 3.18, 4.83 mm; no number for 3.18 mm")
 
 
-PRINTED_FACTORS = (
-    (4.76, 2.29, 0.32), (4.76, 3.18, 0.166), (4.76, 4.83, 0.072),
-    (9.53, 2.29, 1.28), (19.1, 2.29, 5.15), (19.1, 4.83, 1.16),
-)  # fmt: skip
 """D and t, mm, and the printed λ."""
-
-
-@aspect.entry(
-    "lambda/implied_speed", "", "m/s", "velocity by 6.37 from each printed lambda: 0.32 0.166 0.072, 1.28, 5.15 1.16"
-)
-def implied_speed(_: Effort) -> Variants:
-    return {f"rho = {density:g}": [speed_of(*one, density) for one in PRINTED_FACTORS] for density in (7800.0, 8000.0)}
-
-
-@aspect.entry(
-    "lambda/implied_by_T_c",
-    "1.28 0.2 5.15 1.16",
-    "1",
-    "lambda from the printed T_c = 87.81, 59.1, 1435.17, 164.38 us; T_c0 with 8000",
-)
-def implied_by_contact(effort: Effort) -> Variants:
-    printed = ((9.53, 87.81e-6), (9.53, 59.1e-6), (19.1, 1435.17e-6), (19.1, 164.38e-6))
-    return {"equations 6.35 and 6.38": [factor_of(*one, effort.tolerance) for one in printed]}
-
-
-@aspect.entry("D_over_t_max_plate", "3.95", "1", "D = 19.1 mm over t = 4.83 mm")
-def largest_ratio(_: Effort) -> Variants:
-    return {"quotient": 19.1 / 4.83}
-
-
-@aspect.entry("T_c0", "27.7 55.6 111.44", "us", "equation 6.38 with 3.218; D = 4.76, 9.53, 19.1 mm")
-def elastic_contacts(_: Effort) -> Variants:
-    return {key: [elastic_contact(d, given) * 1e6 for d in (4.76, 9.53, 19.1)] for key, given in CONVENTIONS.items()}
 
 
 def contacts(diameter: float, thicknesses: tuple[float, ...], tolerance: float, printed: tuple[float, ...]) -> Variants:
@@ -158,42 +124,9 @@ def contacts(diameter: float, thicknesses: tuple[float, ...], tolerance: float, 
     return found
 
 
-@aspect.entry(
-    "T_c_D4p76", "28.5", "us", "equations 6.35 and 6.38; t = 2.29, 3.18, 4.83 mm; one number for three plates"
-)
-def contacts_small(effort: Effort) -> Variants:
-    return contacts(4.76, THICKNESSES, effort.tolerance, (0.32, 0.166, 0.072))
-
-
 @aspect.entry("T_c_D9p53", "87.81 59.1", "us", "equations 6.35 and 6.38; t = 2.29, 4.83 mm; 0.2 read as 0.29")
 def contacts_middle(effort: Effort) -> Variants:
     return contacts(9.53, (THIN, THICK), effort.tolerance, (1.28, 0.29))
-
-
-@aspect.entry("T_c_D19p1", "1435.17 164.38", "us", "equations 6.35 and 6.38; t = 2.29, 4.83 mm")
-def contacts_large(effort: Effort) -> Variants:
-    return contacts(19.1, (THIN, THICK), effort.tolerance, (5.15, 1.16))
-
-
-@aspect.entry("e_D19p1_t2p29", "0.00019", "1", "equation 6.35, e = -dsigma/dtau at the return")
-def restitution(effort: Effort) -> Variants:
-    found = {key: bounce(inelasticity(19.1, THIN, given), effort.tolerance)[1] for key, given in ALL.items()}
-    return found | {"lambda = 5.15": bounce(5.15, effort.tolerance)[1]}
-
-
-@aspect.entry("tau_c0", "3.218", "1", "equation 6.35 at lambda = 0")
-def elastic_time(effort: Effort) -> Variants:
-    return {"closed form": CONTACT_TIME, "integrated": bounce(0.0, effort.tolerance)[0]}
-
-
-@aspect.entry(
-    "AR_negligible_above_D_over_t",
-    "0",
-    "1",
-    "e^(6/5) at D/t = 5 (equations 6.24, 6.35, 6.37); thesis: almost 0 above 5",
-)
-def negligible(effort: Effort) -> Variants:
-    return {key: bounce(inelasticity(5.0, 1.0, given), effort.tolerance)[1] ** 1.2 for key, given in ALL.items()}
 
 
 def rayleigh_over_shear(poisson_ratio: float) -> float:
@@ -206,19 +139,6 @@ def rayleigh_over_shear(poisson_ratio: float) -> float:
 
 SHEAR = PLATE.bar_speed / sqrt(2.0 * (1.0 + PLATE.poisson_ratio))
 DILATATION = SHEAR * sqrt((2.0 - 2.0 * PLATE.poisson_ratio) / (1.0 - 2.0 * PLATE.poisson_ratio))
-
-
-@edges.entry("k_rayleigh", "0.57", "1", "c_R over the bar speed sqrt(E/rho), nu = 0.33")
-def k_rayleigh(_: Effort) -> Variants:
-    return {"Rayleigh's cubic": rayleigh_over_shear(PLATE.poisson_ratio) * SHEAR / PLATE.bar_speed}
-
-
-@edges.entry("k_rayleigh/c", "2900", "m/s", "of aluminium 6061; thesis: about 2900 m/s")
-def c_rayleigh(_: Effort) -> Variants:
-    return {
-        "Rayleigh's cubic": rayleigh_over_shear(PLATE.poisson_ratio) * SHEAR,
-        "0.57 sqrt(E/rho)": 0.57 * PLATE.bar_speed,
-    }
 
 
 def flexural_frequency(wavenumber: float, thickness: float) -> float:
@@ -249,62 +169,3 @@ def group_speed(wavenumber: float, thickness: float) -> float:
         for n in (1, 2)
     )
     return (8.0 * near - far) / (12.0 * step)
-
-
-def wavenumber_where(value: float, law: Callable[[float], float]) -> float:
-    """1/m, at which a growing function of the wavenumber has the value."""
-    return float(brentq(lambda k: law(k) / value - 1.0, 10.0, 2000.0, xtol=1e-10))
-
-
-def thin_plate_speed(frequency: float, thickness: float) -> float:
-    """Group speed 2√ω (D/m)^{1/4} of Kirchhoff's plate, m/s."""
-    stiffness = thickness**2 / (12.0 * PLATE.compliance * PLATE.density)
-    return 2.0 * sqrt(2.0 * pi * frequency) * stiffness**0.25
-
-
-@edges.entry(
-    "k_A0",
-    "0.2",
-    "1",
-    "group speed of A0 at 9 kHz over sqrt(E/rho); t = 2.29, 3.18, 4.83 mm; thesis: k = 0.2, c about 1000 m/s",
-)
-def k_A0(_: Effort) -> Variants:
-    found: dict[str, list[float]] = {"Lamb's equation": [], "thin plate": []}
-    for thickness in (one * 1e-3 for one in THICKNESSES):
-        at = wavenumber_where(2.0 * pi * 9e3, lambda k, t=thickness: flexural_frequency(k, t))  # type: ignore[misc]
-        found["Lamb's equation"].append(group_speed(at, thickness) / PLATE.bar_speed)
-        found["thin plate"].append(thin_plate_speed(9e3, thickness) / PLATE.bar_speed)
-    return found
-
-
-@edges.entry("k_A0/frequency", "", "kHz", "where the group speed of A0 is 1000 m/s; t = 2.29, 3.18, 4.83 mm")
-def frequency_A0(_: Effort) -> Variants:
-    found = []
-    for thickness in (one * 1e-3 for one in THICKNESSES):
-        at = wavenumber_where(1000.0, lambda k, t=thickness: group_speed(k, t))  # type: ignore[misc]
-        found.append(flexural_frequency(at, thickness) / (2e3 * pi))
-    return {"Lamb's equation": found}
-
-
-@edges.entry("T_rayleigh_roundtrip", "315.17", "us", "914 mm: from the middle to the edge and back")
-def rayleigh_trip(_: Effort) -> Variants:
-    exact = rayleigh_over_shear(PLATE.poisson_ratio) * SHEAR
-    return {"c = 2900": SIDE / 2900.0 * 1e6, "Rayleigh's cubic": SIDE / exact * 1e6}
-
-
-@edges.entry("T_lamb_roundtrip", "914", "us", "914 mm")
-def lamb_trip(_: Effort) -> Variants:
-    return {"c = 1000": SIDE / 1000.0 * 1e6, "k = 0.2": SIDE / (0.2 * PLATE.bar_speed) * 1e6}
-
-
-@edges.entry("L_c0_mm", "", "mm", "D = 9.53 and 19.1 mm; equation 6.41, or 6.42 with its printed velocity 0.682 v")
-def critical_distance(_: Effort) -> Variants:
-    """Equation 6.42 is 6.41 in other letters; its 1.37 contains 0.682 v."""
-    found = {}
-    for k in (0.57, 0.2):
-        speed = k * PLATE.bar_speed
-        for name, given in (("6.41, v = 0.31", Convention()), ("6.41, v = 0.682 x 0.31", Convention(V_P * SPEED))):
-            found[f"{name}, k = {k}"] = [speed * elastic_contact(d, given) / 2.0 * 1e3 for d in (9.53, 19.1)]
-        per_diameter = 1.37 * (BALL.density * (BALL.compliance + PLATE.compliance)) ** 0.4 * speed / SPEED**0.2
-        found[f"6.42 with 1.37, k = {k}"] = [per_diameter * d for d in (9.53, 19.1)]
-    return found

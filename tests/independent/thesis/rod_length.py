@@ -55,16 +55,6 @@ def characteristic_length(_: Effort) -> Variants:
     }
 
 
-@chapter.entry("AR_exp_range", "0.73 0.78", "1", "L = 6.35, 50.8, 101.6, 152.4, 609.6 mm; thesis by experiment")
-def AR_exp_range(effort: Effort) -> Variants:
-    return {loss: curve(loss, effort) for loss in LOSSES}
-
-
-@chapter.entry("TOF_exp_range", "0.44 0.45", "ms", "L = 6.35, 50.8, 101.6, 152.4, 609.6 mm; thesis by experiment")
-def TOF_exp_range(effort: Effort) -> Variants:
-    return {loss: [echo(length, loss, effort).delay * 1e3 for length in LENGTHS] for loss in LOSSES}
-
-
 @chapter.entry(
     "AR_numeric_drop",
     "0.764 0.734",
@@ -73,34 +63,3 @@ def TOF_exp_range(effort: Effort) -> Variants:
 )
 def AR_numeric_drop(effort: Effort) -> Variants:
     return {loss: [curve(loss, effort)[0], curve(loss, effort)[-1]] for loss in LOSSES}
-
-
-@chapter.entry(
-    "AR_drop_max_pct", "5", "%", "largest less smallest AR of the five lengths over the largest; thesis: below 5 %"
-)
-def AR_drop_max_pct(effort: Effort) -> Variants:
-    found = {}
-    for loss in LOSSES:
-        ratios = curve(loss, effort)
-        found[loss] = (1.0 - min(ratios) / max(ratios)) * 100.0
-    return found
-
-
-@chapter.entry("psw_arrival_abs", "0.53", "ms", "peak of the reflected wave in bead 7 from the impact, L = 101.6 mm")
-def psw_arrival_abs(effort: Effort) -> Variants:
-    return {loss: echo(101.6, loss, effort).seen[1].time * 1e3 for loss in LOSSES}
-
-
-@chapter.entry(
-    "ssw", "", "1", "highest later wave within 0.2 ms over the incident one, largest of the five lengths; thesis: none"
-)
-def ssw(effort: Effort) -> Variants:
-    """Waves of less than 2 % of the incident one are not counted: then 0."""
-    found = {}
-    for loss in LOSSES:
-        ratios = [0.0]
-        for length in LENGTHS:
-            seen = echo(length, loss, effort).seen
-            ratios += [one.height / seen[0].height for one in seen[2:] if one.time < seen[1].time + 0.2e-3]
-        found[loss] = max(ratios)
-    return found

@@ -11,7 +11,6 @@ from functools import cached_property, lru_cache
 from math import sqrt
 
 import numpy as np
-from scipy.optimize import brentq
 
 from . import waves
 from .line import Flight, Line, Numbers, hertzian, row
@@ -165,24 +164,6 @@ _wall_entries("steel", "4.39", "85", (0.001, 0.01, 0.05))
 _wall_entries("ptfe", "16.66", "241", (0.01, 0.05, 0.2))
 
 
-@chapter.entry("ptfe_collision_times", "450 561", "us", "PTFE: bead 19 meets bead 20 twice after the incident wave")
-def ptfe_collision_times(effort: Effort) -> Variants:
-    """The force between them peaks, or begins: it rises through 0.1 N."""
-    found = {}
-    for loss in LOSSES:
-        flight = echo("ptfe", loss, effort.tolerance).flight
-        force = flight.contact(BEADS - 1)
-        found[f"{loss}, peaks"] = [one.time * 1e6 for one in waves.peaks(force, flight.until)[1:3]]
-        # Every second crossing is a rise, and the first one is the incident wave's.
-        found[f"{loss}, beginnings"] = [t * 1e6 for t in waves.crossings(force, 0.1, flight.until)[2:6:2]]
-    return found
-
-
-@chapter.entry("ptfe_max_compression_time", "450", "us", "PTFE: when the last bead is farthest, from the impact")
-def ptfe_max_compression_time(effort: Effort) -> Variants:
-    return {loss: echo("ptfe", loss, effort.tolerance).deepest.time * 1e6 for loss in LOSSES}
-
-
 def _ratio_entry(wall: str, printed: str) -> None:
     @chapter.entry(
         f"AR_psw_{wall}_exp", printed, "1", "sensor in bead 7, dynamic forces where not said; thesis by experiment"
@@ -212,29 +193,6 @@ _flight_entry("steel", "0.483")
 _flight_entry("ptfe", "0.616")
 
 
-@chapter.entry("TOF_increase_pct", "45", "%", "TOF on PTFE over TOF on steel, less one")
-def TOF_increase_pct(effort: Effort) -> Variants:
-    def more(ptfe: float, steel: float) -> float:
-        return (ptfe / steel - 1.0) * 100.0
-
-    found = {"printed 0.616 over 0.483": more(0.616, 0.483), "equation 6.20": more(*map(time_of_flight, (PTFE, STEEL)))}
-    return found | {
-        loss: more(*(echo(wall, loss, effort.tolerance).delay for wall in ("ptfe", "steel"))) for loss in LOSSES
-    }
-
-
-@chapter.entry(
-    "ssw_delay", "0.1", "ms", "PTFE, sensor in bead 7: highest wave after the primary reflected one, less that"
-)
-def ssw_delay(effort: Effort) -> Variants:
-    found = {}
-    for loss in LOSSES:
-        one = echo("ptfe", loss, effort.tolerance)
-        if one.secondary is not None:
-            found[loss] = (one.secondary.time - one.seen[1].time) * 1e3
-    return found
-
-
 def _energy_entry(wall: str, printed: str) -> None:
     @chapter.entry(f"PE_fraction_{wall}", printed, "1", "at the last bead's deepest point; which energy by the variant")
     def fraction(effort: Effort) -> Variants:
@@ -252,70 +210,9 @@ _energy_entry("steel", "0.825")
 _energy_entry("ptfe", "0.917")
 
 
-@chapter.entry("E_critical_ratio", "0.55", "1", "E_w/E at which A_w = A_c, equal Poisson's ratios (equation 6.22)")
-def E_critical_ratio(_: Effort) -> Variants:
-    return {
-        "root of A_w = A_c": critical_modulus() / STEEL.youngs_modulus,
-        "1/(2 sqrt(2) - 1)": 1.0 / (2.0 * sqrt(2.0) - 1.0),
-    }
-
-
-def critical_modulus() -> float:
-    """Pa."""
-
-    def excess(modulus: float) -> float:
-        wall = Material(STEEL.density, modulus, STEEL.poisson_ratio)
-        return on_half_space(RADIUS, STEEL, wall) / CONTACT - 1.0
-
-    return float(brentq(excess, 1e9, 1e12, xtol=1.0))
-
-
-@chapter.entry("E_critical_text", "100", "GPa", "the same with E = 200 GPa; thesis: about 100 GPa")
-def E_critical_text(_: Effort) -> Variants:
-    return {"440C": critical_modulus() / 1e9}
-
-
 @lru_cache
 def secondary_ratio(modulus: float, gravity: float, tolerance: float) -> float:
     """The highest wave after the primary reflected one over the incident one; 0 where none rises by 0.2 %."""
     wall = Material(STEEL.density, modulus, STEEL.poisson_ratio)
     one = Echo(on_wall(wall, Loss(gravity), tolerance), prominence=0.002)
     return one.secondary.height / one.seen[0].height if one.secondary else 0.0
-
-
-@chapter.entry(
-    "ssw_amplitude_at_E_critical", "0.05", "1", "undamped, nu_w = 0.28, sensor in bead 7, over the incident wave"
-)
-def ssw_amplitude_at_E_critical(effort: Effort) -> Variants:
-    return {
-        f"{name}, g = {gravity:g}": secondary_ratio(modulus, gravity, effort.tolerance)
-        for name, modulus in (("critical modulus", critical_modulus()), ("30 GPa", 30e9))
-        for gravity in (0.0, GRAVITY)
-    }
-
-
-@chapter.entry(
-    "reflected_speed_diff_max", "0.05", "1", "steel: 1 - V_ref/V_in between sensors 7 and 16; thesis: below 0.05"
-)
-def reflected_speed_diff_max(effort: Effort) -> Variants:
-    found = {}
-    for loss in LOSSES:
-        flight = echo("steel", loss, effort.tolerance).flight
-        near, far = (Echo(flight, sensor).seen for sensor in (7, 16))
-        found[loss] = 1.0 - (far[0].time - near[0].time) / (near[1].time - far[1].time)
-    return found
-
-
-@chapter.entry(
-    "incident_arrival_sensor7", "120", "us", "peak of the incident wave in bead 7, from the impact; printed in ms"
-)
-def incident_arrival_sensor7(effort: Effort) -> Variants:
-    return {loss: echo("steel", loss, effort.tolerance).seen[0].time * 1e6 for loss in LOSSES}
-
-
-@chapter.entry(
-    "steel_stiffer_than_ptfe_pct", "57", "%", "what the ratio of moduli, or of contact stiffnesses, makes of it"
-)
-def steel_stiffer_than_ptfe_pct(_: Effort) -> Variants:
-    contacts = on_half_space(RADIUS, STEEL, STEEL) / on_half_space(RADIUS, STEEL, PTFE)
-    return {"E, 440C over PTFE": STEEL.youngs_modulus / PTFE.youngs_modulus * 100 - 100, "A_w": contacts * 100 - 100}

@@ -58,21 +58,6 @@ def ke_major(_: Effort) -> Variants:
     return {"exact b/a": ellipses.stiffness(TIP, TIP, STEEL)}
 
 
-@bodies.entry(
-    "ke_minor", "", "N/m^1.5", "two ellipsoids, side on side, parallel major axes; the number is missing in the text"
-)
-def ke_minor(_: Effort) -> Variants:
-    return {
-        "exact b/a": ellipses.stiffness(SIDE, SIDE, STEEL),
-        "approximate b/a": ellipses.stiffness(SIDE, SIDE, STEEL, exact=False),
-    }
-
-
-@bodies.entry("k_equiv_sphere", "", "N/m^1.5", "two spheres of 0.925 g each")
-def k_equiv_sphere(_: Effort) -> Variants:
-    return {"0.925 g": between_spheres(EQUIVALENT, STEEL)}
-
-
 STRIKERS = {
     "sphere of 0.925 g": EQUIVALENT,
     "sphere of R = 2.38 mm": 2.38e-3,
@@ -139,50 +124,10 @@ def cylinders(angle: float, gravity: float, tolerance: float) -> Flight:
     return hertzian(*chain, gravity=gravity).strike(STRIKER_SPEED, 0.3e-3, tolerance)
 
 
-@bodies.entry("V_cyl90_dpm", "544", "m/s", "90 degrees, v = 0.5 m/s, striker 0.45 g, sensors 7 and 13")
-def V_cyl90_dpm(effort: Effort) -> Variants:
-    return {
-        f"g = {gravity:g}": waves.speed(cylinders(90.0, gravity, effort.tolerance), (7, 13), SIZE)
-        for gravity in (0.0, GRAVITY)
-    }
-
-
 @bodies.entry("width_cyl90", "6", "D", "90 degrees, v = 0.5 m/s, g = 0; sensor force above a share of its peak")
 def width_cyl90(effort: Effort) -> Variants:
     flight = cylinders(90.0, 0.0, effort.tolerance)
     return widths(flight, 10, waves.speed(flight, (7, 13), SIZE), SIZE)
-
-
-@bodies.entry(
-    "V_cyl90_40N", "591.3", "m/s", "90 degrees at 40 N, g = 0; which force is 40 N by the variant, V ~ F^(1/6)"
-)
-def V_cyl90_40N(effort: Effort) -> Variants:
-    flight = cylinders(90.0, 0.0, effort.tolerance)
-    speed = waves.speed(flight, (7, 13), SIZE)
-    sensor = waves.incident(flight, 10).height
-    return {
-        "equation 5.11": along_force(crossed(90.0), CYLINDER_MASS, SIZE, 40.0),
-        "discrete chain, contact force": speed * (40.0 / highest(flight, 10)) ** (1.0 / 6.0),
-        "discrete chain, sensor force": speed * (40.0 / sensor) ** (1.0 / 6.0),
-    }
-
-
-def gain(angle: float) -> Variants:
-    """Of the speed at the same force over 90°: the cube root of the stiffnesses' ratio (equation 5.11)."""
-    return {
-        name: (crossed(angle, exact) / crossed(90.0, exact)) ** (1.0 / 3.0) - 1.0
-        for name, exact in (("exact b/a", True), ("approximate b/a", False))
-    }
-
-
-@bodies.entry("gain_45deg", "0.09", "1", "equation 5.11 at one force")
-def gain_45deg(_: Effort) -> Variants:
-    return gain(45.0)
-
-
-@bodies.entry("gain_30deg", "0.16", "1", "equation 5.11 at one force")
-def gain_30deg(_: Effort) -> Variants:
-    return gain(30.0)
 
 
 def line_force(approach: Numbers, compliance: float = STEEL.compliance) -> Numbers:
@@ -229,15 +174,6 @@ def parallel_cylinders(tolerance: float) -> Flight:
 
     mass, _ = row(BEADS, CYLINDER_MASS, 0.0, 0.0, STRIKER_MASS)
     return Line(mass, law, np.zeros_like).strike(STRIKER_SPEED, 0.12e-3, tolerance)
-
-
-@bodies.entry(
-    "width_cyl0", "10", "D", "0 degrees, equation 5.8, v = 0.5 m/s, striker 0.45 g, g = 0; sensor 10; thesis by FEM"
-)
-def width_cyl0(effort: Effort) -> Variants:
-    flight = parallel_cylinders(effort.tolerance)
-    speed = waves.speed(flight, (7, 13), SIZE)
-    return {f"above {share:.0%}": waves.width(flight, 10, share, speed, SIZE) for share in (0.05, 0.1)}
 
 
 @bodies.entry(
@@ -293,8 +229,3 @@ def width_hollow(effort: Effort) -> Variants:
     speed = waves.speed(flight, (12, 19), 2.0 * OUTER)
     found = {f"n = {n}": long_wave_width(n) for n in (1.222, 1.22, 1.2)}
     return found | {f"discrete chain {k}": v for k, v in widths(flight, 15, speed, 2.0 * OUTER).items()}
-
-
-@hollow.entry("speed_force_exponent_theory", "0.08333", "1", "(n - 1)/(2n) of equation 5.12; the thesis prints 1/12")
-def exponent_hollow(_: Effort) -> Variants:
-    return {f"n = {n}": (n - 1.0) / (2.0 * n) for n in (1.222, 1.22, 1.2)}

@@ -35,7 +35,6 @@ INCIDENT_SPEED = 2.0 * (16.0 / 25.0) ** 0.2
 TRANSIT = 2.0 / (INCIDENT_SPEED * V_P**0.2)
 """2R/V_in over (m²/v)^{1/5} A^{−2/5}, from equations 6.13 and 6.16."""
 
-WALL_CONTACT = (pi * sqrt(2.0) / 8.0) ** 0.4
 """m^{2/5} A_w^{−2/5}/D with m = πρD³/6 and A_w = (4/3)√(D/2)/(θ_s + θ_p), over (ρ(θ_s + θ_p))^{2/5}."""
 
 BEAD_CONTACT = (pi / 2.0) ** 0.4
@@ -133,20 +132,6 @@ def secondary_wave_ratio_after_collision(effort: Effort) -> Variants:
     return found
 
 
-@chapter.entry(
-    "solitary_formation_beads", "5 7", "beads",
-    "first contact of a discrete chain from which on all peaks lie within a share of the steady one",
-)  # fmt: skip
-def solitary_formation_beads(effort: Effort) -> Variants:
-    flight, (_, steady) = long_chain(effort.tolerance), wave_speed(effort.tolerance)
-    ratios = [contact_peak(flight, link).height / steady for link in range(1, 30)]
-    found = {}
-    for share in (0.02, 0.01, 0.002):
-        outside = [link for link, ratio in enumerate(ratios, 1) if abs(ratio - 1.0) > share]
-        found[f"within {share:.1%}"] = float(max(outside, default=0) + 1)
-    return found
-
-
 @chapter.entry("contact_time_const", "3.218", "1", "equation 6.8; one ball on a wall, integrated")
 def contact_time_const(effort: Effort) -> Variants:
     mass, stiffness, speed = 1.3, 2.7, 0.8
@@ -180,14 +165,3 @@ def coeff_6_20(_: Effort) -> Variants:
 @chapter.entry("coeff_6_39_Tt", "1.414", "1", "equation 6.39, first coefficient")
 def coeff_6_39_Tt(_: Effort) -> Variants:
     return {"closed form": TRANSIT * BEAD_CONTACT}
-
-
-@chapter.entry("coeff_6_39_Tc", "0.853", "1", "equation 6.39, second coefficient, by the velocity in equation 6.38")
-def coeff_6_39_Tc(_: Effort) -> Variants:
-    return {"v_in = v_striker": WALL_CONTACT, "v_in = 0.682 v_striker": WALL_CONTACT / V_P**0.2}
-
-
-@chapter.entry("coeff_6_42", "1.37", "1", "equation 6.42, by the velocity in equation 6.8")
-def coeff_6_42(_: Effort) -> Variants:
-    half = CONTACT_TIME * WALL_CONTACT / 2.0
-    return {"v_in = v_striker": half, "v_in = 0.682 v_striker": half / V_P**0.2}

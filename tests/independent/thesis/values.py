@@ -5,9 +5,8 @@
     {"printed": [...], "unit": "...", "conditions": "...", "values": {variant: {"value": ..., "error": ...}}}
 
 entry       "group/id": a number of the thesis, for example "theory_constants/lwa_speed_coeff". The groups are theory
-            (theory_constants), geometry and chains (chapter 2), fem_validation (3), dissipation_table_4_1 (4),
-            nonspherical and hollow_table_5_1 (5), rods_set1_modulus, rods_set2_length, layers_set3_upper,
-            layers_set4_lower, plates_aspect_ratio and plates_boundary (6).
+            (theory_constants), geometry (chapter 2), fem_validation (3), dissipation_table_4_1 (4), nonspherical and
+            hollow_table_5_1 (5), rods_set1_modulus, rods_set2_length, layers_set3_upper and plates_aspect_ratio (6).
 printed     what the thesis prints, as texts with all their digits, in `unit`. An empty list: the thesis prints none.
 variant     the conditions that the thesis leaves open, in words: "g = 0", "g = 9.81", "v = 0.31, rho = 7800".
 value       a number, or a list of numbers in the order that `conditions` gives.
