@@ -98,3 +98,13 @@ def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
         with pytest.raises(ValueError, match=r"scope\.csv: (is a binary file|must hold a line for each)"):
             hl.read_signal(path, sensors={7: 1}, calibration=1.0)
     assert not marker.exists()
+
+
+def test_deep_input_and_what_is_not_there(tmp_path: Any) -> None:
+    """A result whose input is no input of ours is reported without it; measures name the variable that they lack."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), hl.half_space(hl.STEEL_440C)).run(5e-4)
+    deep = run.assign_attrs(input="[" * 100_000 + "]" * 100_000)
+    assert hl.plots.report(deep, tmp_path / "deep.html").exists()
+    with pytest.raises(ValueError, match="run: holds no velocity"):
+        hl.reflections(run.drop_vars("velocity"), 6)

@@ -157,16 +157,6 @@ def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
     assert law.error < 0.005
 
 
-@pytest.mark.thorough
-def test_a_contact_in_a_hollow_is_wide_beside_the_bead() -> None:
-    """A quarter of the bead's radius, though small compared with the relative one; so the theory's law ends before."""
-    bead, hollow = hl.Sphere(2.38e-3, STEEL), hl.Surface(STEEL, -400.0)
-    law = computed_law(bead, hollow, max_force=500.0, spacing=50e-6)
-    assert "too wide for small strains" in law.caution
-    # a² = δ over the relative curvature, a = a fifth of the radius.
-    assert hl.contact_law(bead, hollow).largest == pytest.approx((0.2 * 2.38e-3) ** 2 * (1.0 / 2.38e-3 - 400.0))
-
-
 @pytest.mark.parametrize(
     ("ratio", "approach", "spacing", "words"),
     [

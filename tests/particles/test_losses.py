@@ -126,15 +126,6 @@ def test_kuwabara_and_kono_lose_more_at_higher_speed() -> None:
             assert lost == pytest.approx(expected, rel=2e-3)
 
 
-def test_a_linear_dashpot_loses_less_at_higher_speed() -> None:
-    """1 − e = (4/5) B(2/5, 3/2) γ δ/(m v) for small losses, δ = (5mv²/4k)^{2/5} at most: as v^−1/5."""
-    mass, stiffness = reduced(SMALL, LARGE)
-    for speed in (0.02, 2.0):
-        deepest = (1.25 * mass * speed**2 / stiffness) ** 0.4
-        lost = 1.0 - rebound(SMALL, LARGE, speed, hl.LinearDashpot(1e-3))
-        assert lost == pytest.approx(0.8 * beta(0.4, 1.5) * 1e-3 * deepest / (mass * speed), rel=2e-3)
-
-
 @pytest.mark.parametrize("exponent", [1.5, 1.81, 2.0])
 def test_a_power_dashpot_loses_as_its_exponent_says(exponent: float) -> None:
     """1 − e = (4/5) B(2/5, 1 + α/2) γ v^{α−2} δ/m for small losses, so v^{α−6/5}."""
@@ -172,16 +163,6 @@ def test_order_two(law: Dissipation) -> None:
     finest = advanced(5e-9)
     errors = [abs(advanced(dt) - finest).max() for dt in (4e-7, 2e-7, 1e-7)]
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-
-
-PASS_LOSSES = {
-    "none": None,
-    "dashpot": hl.LinearDashpot(5.0),
-    "power": hl.PowerDashpot(3.0, 1.6),
-    "tangent": hl.KuwabaraKono(2e-6),
-    "secant": hl.Tsuji(0.2),
-    "drag": hl.MassProportional(3e3),
-}
 
 
 @pytest.mark.parametrize(("mass", "coefficient"), [(1e-2, 5e3), (1e-3, 2e3)])

@@ -70,15 +70,6 @@ def test_long_beam_on_ground_sinks_as_winkler_says() -> None:
     assert sinking == pytest.approx(1.0 / (8.0 * STIFFNESS * beta**3), rel=1e-3)
 
 
-@pytest.mark.thorough
-def test_energy_under_compression() -> None:
-    """Energy is conserved."""
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    one = hl.reduce(strip(axial_force=-0.5 * EULER, supports=("clamped", "simple")), until=3e-4)
-    run = hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3), one).run(until=3e-4)
-    assert hl.energy_error(run) < 1e-6
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [

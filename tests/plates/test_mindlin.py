@@ -1,8 +1,5 @@
 """Mindlin plates against closed forms, an independent Ritz method, thin plates, and elasticity in three dimensions."""
 
-import re
-from typing import Any
-
 import numpy as np
 import pytest
 from frequencies import parameters, ritz
@@ -144,20 +141,3 @@ def test_patch_radius_and_amplitude_ratio() -> None:
     default = ratio(mindlin(1.0))
     assert [ratio(mindlin(0.5)), ratio(mindlin(2.0))] == pytest.approx([default] * 2, rel=1.5e-3)
     assert ratio(hl.kirchhoff_plate(0.5, 0.5, 4.83e-3, hl.ALUMINIUM_6061, supports)) == pytest.approx(default, rel=2e-2)
-
-
-@pytest.mark.parametrize("make", [hl.mindlin_plate, hl.kirchhoff_plate])
-def test_a_large_mesh_is_announced_with_its_refinement_at_the_contact(
-    make: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A thin plate had twice as many degrees of freedom as was said, or three times."""
-    supports = hl.Supports("clamped", "clamped", "clamped", "clamped")
-    monkeypatch.setattr("plates.plate.MANY", 1000)
-    with pytest.warns(hl.HertzlinkWarning, match="which take minutes and some 1 GB") as caught:
-        size = make(0.1, 0.08, 5e-4, hl.STEEL_440C, supports).at(0.03, 0.03).size
-    said = re.search(r"requires about ([\d.e+]+) degrees of freedom", str(caught[0].message))
-    assert said is not None
-    assert float(said[1]) == pytest.approx(size, rel=0.12)
-    monkeypatch.setattr("plates.plate.MOST", size / 2)
-    with pytest.raises(ValueError, match=r"requires about .* degrees of freedom on 0\.008 m² of plate, more than"):
-        make(0.1, 0.08, 5e-4, hl.STEEL_440C, supports).at(0.03, 0.03)

@@ -98,28 +98,6 @@ def test_a_stress_beyond_yield_is_told(
         recwarn.clear()
 
 
-def test_the_ply_that_yields_is_told(recwarn: pytest.WarningsRecorder) -> None:
-    """Steel between aluminium bears 3·193/(193 + 2·68.9) = 1.75 times the mean stress: 204 MPa at 117, 208 at 119."""
-    metals = [hl.Material(e, 0.3, 2700.0, name, y) for e, name, y in ((193e9, "steel", 205e6), (68.9e9, "soft", 2e9))]
-    plies = [hl.Ply(metals[i], 1e-3) for i in (1, 0, 1)]
-    held = hl.Supports(*["clamped"] * 4)
-    for stress, told in ((116e6, 0), (119e6, 1)):
-        prestress = hl.Prestress(xx=stress * 3e-3)
-        hl.kirchhoff_plate(SIDE, SIDE, None, hl.Laminate(plies), held, additions=[prestress])
-        found = [str(one.message) for one in recwarn]
-        assert len(found) == told
-        assert all("stresses steel to 208 MPa, beyond its yield strength of 205 MPa" in one for one in found)
-        recwarn.clear()
-
-
-def test_energy_is_conserved() -> None:
-    bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
-    plate = square("kirchhoff", 50.0 * EULER, -EULER, held="clamped", highest_frequency=5e4)
-    structure = hl.reduce(plate.at(0.1, 0.08), until=4e-4)
-    run = hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3), structure).run(until=4e-4)
-    assert hl.energy_error(run) < 1e-6
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [

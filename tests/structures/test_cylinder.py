@@ -180,25 +180,6 @@ def test_amplitude_ratio_does_not_know_patch_nor_mesh(layer: hl.Layer) -> None:
         assert other[1] == pytest.approx(found[1], rel=3e-3)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    "layers",
-    [
-        [(hl.STEEL_440C, 6e-3), (hl.PTFE, 4e-3)],
-        [(hl.STEEL_440C, 6e-3), (hl.PTFE, 10e-3)],
-        [(hl.STEEL_440C, 1e-3), (hl.PTFE, 10e-3)],
-        [(hl.STEEL_440C, 3e-3), (hl.PTFE, 3e-3), (hl.STEEL_440C, 3e-3), (hl.PTFE, 3e-3)],
-    ],
-    ids=["short", "medium", "thin plate", "four"],
-)
-def test_amplitude_ratio_of_bonded_layers_does_not_know_the_mesh(layers: list[tuple[hl.Material, float]]) -> None:
-    """Twice the cells: within 0.05 % for the primary wave, 0.3 % for the secondary one."""
-    stack = [hl.Layer(material, length, 9e-3) for material, length in layers]
-    found, finer = (ratios(hl.reduce(cylinder(stack, cells=cells), until=1.5e-3)) for cells in (4, 8))
-    assert found[0] == pytest.approx(finer[0], rel=5e-4)
-    assert found[1] == pytest.approx(finer[1], rel=3e-3)
-
-
 def test_patch_smaller_than_the_contact_is_refused() -> None:
     small = reduced(PTFE, patch_radius=2e-4)
     with pytest.raises(ValueError, match=r"give the structure a patch_radius at least \d\.\d+ times as large") as error:

@@ -47,17 +47,6 @@ def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
     assert shapes[:, 0] @ (BAR.mass @ state.displacement) == pytest.approx(exact, rel=1e-4)
 
 
-def test_rayleigh_adds_to_what_is_there_and_is_noted() -> None:
-    rod = hl.rod(LAYERS, base="absorbing")
-    twice = hl.damped(hl.damped(rod, Rayleigh(mass_rate=10.0)), Rayleigh(mass_rate=5.0, stiffness_time=1e-8))
-    assert rod.damping is not None
-    assert twice.damping is not None
-    expected = rod.damping + 15.0 * rod.mass + 1e-8 * rod.stiffness
-    assert abs(twice.damping - expected).max() < 1e-12 * abs(expected).max()
-    assert [note["mass_rate"] for note in twice.origin["damping"]] == [10.0, 5.0]
-    assert hl.damped(rod, Rayleigh()) is rod
-
-
 def test_modal_ratios_are_those_of_the_decay() -> None:
     """Slow oscillators move exactly: u = e^(−ζωt) cos(ω_d t − φ)/cos φ; a rigid motion is left free."""
     modes = hl.reduce(hl.rod(LAYERS, base="free"), until=1e-3)
@@ -90,18 +79,6 @@ def test_stress_relaxes_as_in_the_standard_linear_solid(modulus: str) -> None:
         force = BAR.contact @ (damped.stiffness[: BAR.size] @ np.append(held, q))
         share_left = share * np.exp(-t / time) if modulus == "relaxed" else -share * (1.0 - np.exp(-t / time))
         assert force == pytest.approx(STATIC_STIFFNESS * (1.0 + share_left), rel=1e-10)
-
-
-def test_loss_tangent_over_frequency() -> None:
-    """Im/Re of the bar's stiffness is tan δ = g ωτ / (1 + (1 + g) ω²τ²) at every frequency."""
-    share, time = 0.8, 5e-5
-    damped = hl.damped(BAR, StandardLinearSolid(share, time))
-    frequencies = np.geomspace(1e1, 1e6, 26)
-    phase = 2.0 * np.pi * frequencies * time
-    stiffness = np.array([dynamic_stiffness(damped, 2.0 * np.pi * f) for f in frequencies])
-    assert stiffness.imag / stiffness.real == pytest.approx(share * phase / (1.0 + (1.0 + share) * phase**2), rel=1e-8)
-    assert stiffness[0] == pytest.approx(STATIC_STIFFNESS, rel=5e-3)
-    assert stiffness[-1] == pytest.approx(1.8 * STATIC_STIFFNESS, rel=5e-3)
 
 
 def test_each_layer_has_its_own_arm() -> None:

@@ -10,13 +10,10 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from hertzlink.cases.case import Case
 from hertzlink.quantities import Count, OneOf, Quantity
-from structures import described as described_module
 from structures.described import Described, description, registered
 
 ROOMS = ("structures", "particles", "plates", "coupling")
-"""Checks within what is described, other than by its annotation, and why."""
 
 
 def ours() -> list[Described]:
@@ -35,36 +32,6 @@ def test_a_parameter_without_an_annotation_is_refused() -> None:
         ValueError, match=r"block: material has no annotation, must have one, such as material: hl\.Length"
     ):
         hl.described(block)
-
-
-def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(described_module, "_ALL", dict(described_module._ALL))
-
-    @hl.described
-    class Drag(hl.damping.Viscous):
-        """A loss in proportion to mass."""
-
-        rate: Annotated[float, Quantity("1/s", "a rate", "100 1/s")]
-
-        def of_modes(self, frequencies: Any) -> Any:
-            raise NotImplementedError
-
-        def of_structure(self, structure: hl.Structure) -> hl.Structure:
-            return hl.damped(structure, hl.damping.Rayleigh(self.rate))
-
-    def run(damping: dict[str, Any]) -> Any:
-        layer = {"material": "PTFE", "length": 0.02, "radius": 9e-3}
-        bead = {"shape": "sphere", "radius": 4.76e-3, "material": "PTFE"}
-        rod = {"kind": "rod", "layers": [layer], "elements": 4, "damping": [damping]}
-        return Case(
-            {"chain": {"beads": 2, "bead": bead, "impact_speed": 0.3}, "structure": rod, "run": {"until": 2e-5}}
-        ).run()
-
-    mine = run({"kind": "drag", "rate": "2e3 1/s"})
-    ours = run({"kind": "rayleigh", "mass_rate": 2e3})
-    assert mine.contact_force.equals(ours.contact_force)
-    with pytest.raises(ValueError, match=r"structure\.damping\[0\]\.rate: -1\.0 must be a positive number of 1/s"):
-        run({"kind": "drag", "rate": -1.0})
 
 
 def test_all_kinds_are_different() -> None:

@@ -181,14 +181,6 @@ def test_numbers_of_cells(fields: Any, tags: str | None) -> None:
             BodyMesh(mesh, tags="prt")
 
 
-def test_sets_whose_blocks_are_lost() -> None:
-    """As meshio reads decks of Abaqus with a block without a set before one with it."""
-    mesh = cube()
-    mesh.cell_sets = {"base": [np.arange(3)]}
-    with pytest.raises(ValueError, match=r"set 'base' has 1 block of members, the cells have 2,.*path of the file"):
-        BodyMesh(mesh)
-
-
 def two_cubes(gap: float, joined: list[int]) -> meshio.Mesh:
     """One on the other, with a gap, m; points of the interface joined that have these places in it."""
     top, low = np.flatnonzero(POINTS[:, 2] == SIDE), BASE
@@ -250,13 +242,6 @@ def test_groups_of_gmsh_that_meshio_read() -> None:
     found = BodyMesh(mesh)
     assert measures(found, 7) == ORDINARY
     assert found.cells.groups == {}
-
-
-def test_a_set_that_is_partly_inside() -> None:
-    mesh = cube()
-    mesh.point_sets = {"base": np.append(BASE, NUMBER[1, 1, 1])}
-    with pytest.warns(hl.HertzlinkWarning, match="fixed = 'base': 1 of its 17 points are corners of no facet"):
-        BodyMesh(mesh).facets.of("fixed", "base")
 
 
 @pytest.mark.parametrize("share", [1.02, 1.2])

@@ -19,57 +19,28 @@ def tapped(modulus: float) -> hl.CoSimulation:
 
 UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.Sphere(4.76, STEEL), r"Sphere radius = 4\.76: is read as 4\.76 m, .* mean \S+ mm\?"),
-    (lambda: hl.HollowSphere(9.5, 8.6e-3, STEEL), r"HollowSphere radius = 9\.5: .* mm\?"),
-    (lambda: hl.Ellipsoid(4.76e-3, 9.52, STEEL), r"Ellipsoid length = 9\.52: .* mm\?"),
-    (lambda: hl.Cylinder(2.38, 4.76e-3, STEEL), r"Cylinder radius = 2\.38: .* mm\?"),
     (lambda: hl.Material(200, 0.28, 7800.0), r"Material youngs_modulus = 200: .* 200 Pa, .* mean \S+ GPa or MPa\?"),
-    (lambda: hl.Material(200e3, 0.28, 7800.0), r"Material youngs_modulus = 200000: .* GPa or MPa\?"),
-    (lambda: hl.Material(200e9, 0.28, 7800.0, yield_strength=1800), r"Material yield_strength = 1800: .* MPa or GPa\?"),
     (lambda: hl.Material(200e9, 0.28, 7.8, "mine"), r"Material 'mine' density = 7\.8: .* kg/m³, .* mean \S+ g/cm³\?"),
-    (
-        lambda: hl.OrthotropicMaterial(138, 9, 0.3, 6.9, 6.9, 3.2, 1600.0),
-        r"OrthotropicMaterial youngs_modulus_along = 138: .* GPa",
-    ),
-    (
-        lambda: hl.OrthotropicMaterial(138e9, 9e9, 0.3, 6.9e9, 6.9e9, 3.2e9, 1.6),
-        "OrthotropicMaterial density = 1",
-    ),
     (lambda: hl.Ply(STEEL, 0.125), r"Ply thickness = 0\.125: .* mm\?"),
     (lambda: hl.Layer(STEEL, 76.2, 9.5e-3), r"Layer length = 76\.2: .* mm\?"),
-    (lambda: hl.Layer(STEEL, 0.076, 2.38), r"Layer radius = 2\.38: .* mm\?"),
     (lambda: hl.drop_speed(10.0), r"drop_speed height = 10: .* m, .* mean \S+ mm\?"),
     (lambda: hl.Chain([BEAD], BEAD, 310.0), r"Chain impact_speed = 310: .* m/s, .* mean \S+ mm/s\?"),
     (lambda: hl.Chain([BEAD], BEAD, 0.3, gravity=9810.0), r"Chain gravity = 9810: .* mm/s²\?"),
     (lambda: hl.Chain([BEAD], BEAD, 0.3, preload=5e6), r"Chain preload = 5e\+06: .* mN\?"),
     (lambda: hl.SpringLoaded(BEAD, 0.5, 5e-3), r"SpringLoaded stiffness = 0\.5: .* N/mm\?"),
-    (lambda: hl.SpringLoaded(BEAD, 500.0, 5.0), r"SpringLoaded compression = 5: .* mm\?"),
     (lambda: hl.PushedBead([0, 10, 20], [0, 50, 0]), r"PushedBead time\[-1\] = 20: .* µs or ms\?"),
     (lambda: hl.Piston([0.0, 1e-4], [0.0, 2.0]), r"Piston max \|displacement\| = 2: .* mm\?"),
     (lambda: hl.KuwabaraKono(5.0), r"KuwabaraKono time = 5: .* µs or ms\?"),
     (lambda: hl.kirchhoff_plate(300, 0.3, 2e-3, STEEL, FREE), r"kirchhoff_plate length = 300: .* mm\?"),
-    (lambda: hl.mindlin_plate(0.3, 300, 2e-3, STEEL, FREE), r"mindlin_plate width = 300: .* mm\?"),
     (lambda: hl.kirchhoff_plate(3.0, 3.0, 2.29, STEEL, FREE), r"Section thickness = 2\.29: .* mm\?"),
-    (lambda: hl.infinite_plate(2.29, STEEL), r"Section thickness = 2\.29: .* mm\?"),
     (lambda: hl.kirchhoff_plate(0.3, 0.3, 2e-3, STEEL, FREE, highest_frequency=40), r"frequency = 40: .* kHz\?"),
-    (lambda: hl.mindlin_plate(0.3, 0.3, 2e-3, STEEL, FREE, highest_frequency=40), r"frequency = 40: .* kHz\?"),
-    (
-        lambda: hl.mindlin_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
-        r"mindlin_panel highest_frequency = 40: is read as 40 Hz, .* mean \S+ kHz\?",
-    ),
-    (
-        lambda: hl.layered_cylinder([hl.Layer(STEEL, 0.02, 0.01)], highest_frequency=40),
-        "cylinder highest_frequency = 40: ",
-    ),
     (lambda: hl.Outline(((0, 0), (300, 0), (0, 300))), r"Outline size = .*: .* mm\?"),
-    (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20.5, until=1e-4), r"half_plane distance = 20\.5: .* mm\?"),
     (
         lambda: hl.half_plane(2e-3, STEEL, "clamped", 20, until=1e-4),
         r"half_plane distance = 20: .* m, .* mean \S+ mm\?",
     ),
     (lambda: hl.reduce(hl.half_space(STEEL), 1e-4, pulse=25), r"reduce pulse = 25: .* s, .* mean \S+ µs or ms\?"),
-    (lambda: hl.reduce(hl.half_space(STEEL), 600), r"reduce until = 600: .* s, .* mean \S+ µs or ms\?"),
     (lambda: hl.Prestress(20), r"Prestress xx = 20: is read as 20 N/m, .* mean \S+ N/mm, or a stress in MPa\?"),
-    (lambda: hl.Prestress(0.0, -20.0, 1.0), r"Prestress yy = -20: .* MPa\?"),
     (
         lambda: hl.beam(0.5, 300.0, 1.6, STEEL, at=0.2, foundation=1e15),
         r"beam foundation = 1e\+15 N/m²: is 1e\+06 GPa, more than 10 times the beam's own modulus",
@@ -79,19 +50,12 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
         lambda: hl.identifiability(tapped, noise=5.0, sensors=[5], until=2e-4, modulus=3e9),
         r"identifiability noise = 5: is read as 5 times the greatest force, .* mean \S+ %\?",
     ),
-    (lambda: hl.beam(500.0, 300.0, 1.5, STEEL, 200.0), r"beam length = 500: is read as 500 m, .* mean \S+ mm\?"),
     (lambda: hl.beam(0.5, 3e8, 1.5, STEEL, 0.2), r"beam bending_stiffness = 3e\+08: .* N mm²\?"),
     (lambda: hl.beam(0.5, 300.0, 1500.0, STEEL, 0.2), r"beam mass_per_length = 1500: .* g/m\?"),
     (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is read as 250 kg, .* mean \S+ g\?"),
-    (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
-    (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),
     (
         lambda: hl.damped(hl.infinite_plate(2e-3, STEEL), hl.damping.Rayleigh(0.0, 5.0)),
         r"Rayleigh stiffness_time = 5: .* µs or ms\?",
-    ),
-    (
-        lambda: hl.damping.StandardLinearSolid(40, 2e-6),
-        r"StandardLinearSolid share = 40: .*, .* mean \S+ %\?",
     ),
     (
         lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(40.0, 1e-5)),
@@ -100,10 +64,6 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (
         lambda: hl.damped(hl.reduce(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 1e-4), hl.damping.Modal(2.0)),
         r"Modal ratio = 2: is read as 2 times the critical damping, .* mean \S+ %\?",
-    ),
-    (
-        lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(0.1, 30.0)),
-        r"StandardLinearSolid time = 30: .* µs or ms\?",
     ),
 ]
 

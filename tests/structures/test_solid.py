@@ -140,15 +140,6 @@ def test_amplitude_ratio_is_that_of_the_axisymmetric_cylinder(material: hl.Mater
     assert found == pytest.approx(ratios(cylinder([hl.Layer(material, **LAYER)])), rel=tolerance)
 
 
-def test_points_of_a_set_hold_as_their_facets_do() -> None:
-    one, other = (
-        solid(box("hexahedron"), {"lower": hl.NYLON, "upper": hl.NYLON}, TOP, fixed=name, patch_radius=WIDE)
-        for name in ("base", "held")
-    )
-    assert abs(one.stiffness - other.stiffness).max() == 0.0
-    assert one.size == 3 * 11 * 11 * 10
-
-
 def changed(mesh: meshio.Mesh, data: Any = None, points: Any = None, **keywords: Any) -> meshio.Mesh:
     """The volume cells of a mesh, one of both replaced."""
     kind = mesh.cells[0].type
@@ -175,14 +166,6 @@ def test_hexahedra_with_midpoints(kind: str, recwarn: pytest.WarningsRecorder) -
     assert free[0].stiffness.trace() == pytest.approx(free[1].stiffness.trace(), rel=1e-9)
     dropped = [one for one in recwarn if "midpoints of hexahedron20 are dropped" in str(one.message)]
     assert bool(dropped) == (kind == "hexahedron20")
-
-
-def test_unused_points_are_dropped() -> None:
-    mesh = box()
-    more = changed(mesh, mesh.cells[0].data + 1, np.concatenate([[[9.0, 9.0, 9.0]], mesh.points]))
-    with pytest.warns(hl.HertzlinkWarning, match="1 of 217 points belong to no cell and are dropped"):
-        found = solid(more, hl.NYLON, TOP, patch_radius=WIDE)
-    assert found.size == solid(mesh, hl.NYLON, TOP, patch_radius=WIDE).size
 
 
 def test_round_faces_can_be_struck() -> None:

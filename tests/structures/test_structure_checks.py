@@ -5,7 +5,6 @@ import pytest
 from scipy import sparse
 
 import hertzlink as hl
-from structures.checks import count_of, near
 from structures.linear_algebra.factor import Matrices
 
 STEEL = hl.Surface(hl.STEEL_440C)
@@ -16,29 +15,6 @@ NO_NEGATIVE = "must have no negative eigenvalue"
 
 def made(mass: object = MASS, stiffness: object = SPRING, damping: object = None, contact: object = (0.0, 1.0)) -> None:
     hl.Structure(mass, stiffness, damping, contact, 0.0, STEEL)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("word", "choices", "meant"),
-    [
-        ("clampd", ["clamped", "free"], ["clamped"]),
-        ("CLAMPED", ["clamped", "free"], ["clamped"]),
-        ("steal", ["steel 316", "steel 440C", "PTFE"], ["steel 316", "steel 440C"]),
-        ("plate", ["kirchhoff_plate", "half_plane", "mindlin_plate"], ["kirchhoff_plate", "mindlin_plate"]),
-        ("Kirchoff", ["kirchhoff_plate", "mindlin_plate"], ["kirchhoff_plate"]),
-        ("drum", ["rod", "beam"], []),
-        (7, ["rod"], []),
-        ("", ["rod", "beam"], []),
-    ],
-)
-def test_the_choices_that_a_wrong_word_may_mean(word: object, choices: list[str], meant: list[str]) -> None:
-    assert near(word, choices) == meant
-
-
-def test_numbers_and_what_they_count() -> None:
-    counts = [count_of(n, one) for n in (0, 1, 2) for one in ("entry", "line")]
-    assert counts == ["0 entries", "0 lines", "1 entry", "1 line", "2 entries", "2 lines"]
-    assert count_of(1, "sample is", "samples are") == "1 sample is"
 
 
 def test_a_negative_eigenvalue_that_no_entry_shows() -> None:
