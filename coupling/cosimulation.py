@@ -19,7 +19,7 @@ from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed
 from structures.described import checked_call
-from structures.fineness import Fineness, fineness, for_shorter, times_shorter
+from structures.fineness import Fineness, fineness, finer, times_shorter
 from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, Quantity
 from structures.reduction import reduce as reduce_structure
@@ -232,7 +232,7 @@ class CoSimulation:
                 if isinstance(body, MovingStructure):
                     bodies[id(body.structure)] = body
                     if _is_large(body):
-                        with for_shorter(self._shorter):
+                        with finer(shorter=self._shorter):
                             bodies[id(body.structure)] = MovingStructure(reduce_structure(body.structure, until))
 
             def smaller(facing: Any) -> Any:

@@ -13,13 +13,13 @@ from scipy.interpolate import CubicSpline
 
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import one_of_each, warn
+from coupling.results.hdf5 import check_hdf5
 from coupling.results.measures import sensor_force
 from coupling.results.provenance import differences, unfolded, versions
 from coupling.results.reading import Reading
 from hertzlink.output import write_file
 from structures.caution import collected
 from structures.checks import instance, listed, not_negative, one_of, whole
-from structures.meshes.hdf5 import check_hdf5
 from structures.structure import Vector
 
 __all__ = ["assert_same_waves"]

@@ -18,7 +18,7 @@ from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED
 from particles.kernels.losses import NoLoss
 from particles.kernels.vibrations import Vibrating
-from particles.laws.formulas import contact_law
+from particles.laws.formulas import law_of_bodies
 from particles.laws.law import ContactLaw, check_contact_law, unchanging
 from particles.laws.yielding import YieldingContact, YieldingLaw
 from structures.checks import instance, positive, short
@@ -170,7 +170,7 @@ class MovingChain:
 
     def law_between(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
         """Return the law of two bodies where the user gives none."""
-        return contact_law(bead, facing)
+        return law_of_bodies(bead, facing)
 
     @property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:

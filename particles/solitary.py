@@ -93,15 +93,6 @@ class UniformChain:
         growth = 2.0 * self.stiffness / ((n + 1.0) * self.mass) * v ** (n - 1.0)
         return self.size * growth ** (1.0 / (n + 1.0))
 
-    def peak_force_from_particle_speed(self, particle_speed: Number) -> Number:
-        """Return the peak contact force of a solitary wave, N, from the greatest speed v_p of its particles.
-
-        F_m = k [(n+1) m v_p²/(2k)]^{n/(n+1)}, for which equations 5.12 and 6.12 give the same speed. A contact feels
-        the mean strain over a particle: a Hertzian chain has 0.886 of this force, one with n = 1.222 has 0.946.
-        """
-        n, k, v = self._steep, self.stiffness, _given("particle_speed", particle_speed, "m/s")
-        return k * ((n + 1.0) * self.mass * v**2 / (2.0 * k)) ** (n / (n + 1.0))
-
     @property
     def width(self) -> float:
         """Length of a solitary wave without preload, m: L = πD/(n−1) √(n(n+1)/6), 4.967 D for n = 3/2 (5.13)."""

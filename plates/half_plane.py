@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import pairwise
 from math import inf, pi
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -18,7 +18,7 @@ from structures.described import described_as
 from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Asks, Likely, OneOf, Quantity, WallThickness
-from structures.structure import Structure, Vector
+from structures.structure import Structure, Vector, oscillators
 from structures.surface import Surface
 
 EDGES = ("clamped", "simple", "free")
@@ -128,17 +128,8 @@ def half_plane(
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
     above, origin = plate.compliance_above(QUASI_STATIC * circular), {"highest_frequency": highest}
-    made = oscillators(frequency, weight, above, material, origin, until)
+    made = oscillators(frequency**2, None, np.sqrt(weight), above, Surface(material), origin, until)
     return made.made_by(partial(half_plane, thickness, material, edge, distance, until, highest_frequency))
-
-
-def oscillators(
-    frequency: Vector, weight: Vector, flexibility: float, struck: Material, origin: dict[str, Any], until: float
-) -> Structure:
-    """Return undamped oscillators of circular frequencies, rad/s; weight: squares of the contact's entries, 1/kg."""
-    mass, stiffness = sparse.eye_array(frequency.size), sparse.diags_array(frequency**2)
-    matrices = sparse.csr_array(mass), sparse.csr_array(stiffness)
-    return Structure(*matrices, None, np.sqrt(weight), flexibility, Surface(struck), origin, until)
 
 
 class HalfPlane(NamedTuple):
@@ -216,8 +207,7 @@ def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
     place, number = np.modf(distance / PANEL)
     panels, row = np.unique(number, return_inverse=True)
     series = np.array([_series(edge, nu, int(panel)) for panel in panels])
-    polynomials = np.cos(np.arccos(2.0 * place - 1.0)[:, None] * np.arange(TERMS))
-    values: Vector = np.einsum("ij,ij->i", polynomials, series[row])
+    values: Vector = chebyshev.chebval(2.0 * place - 1.0, series.T[:, row], tensor=False)
     # A series has a constant absolute error; close to a clamped edge Re Y is smaller than that.
     close = distance < 0.5
     values[close] = exact_conductance(distance[close], edge, nu)

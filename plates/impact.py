@@ -8,7 +8,8 @@ equations 6.35 and 6.36). λ is the only parameter: see docs/theory.md.
 from dataclasses import dataclass, field
 from functools import cache
 from math import pi
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -17,7 +18,7 @@ from scipy.special import beta, betainc
 
 from plates.plate import Plate
 from structures.bodies.layers import BEAD_TRANSIT, contact_time
-from structures.checks import each, instance, not_negative, positive, several
+from structures.checks import each, instance, not_negative, positive
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness
@@ -115,19 +116,11 @@ def _impact(inelasticity: Vector) -> Vector:
     return end
 
 
-class ThesisImpact(NamedTuple):
-    """Material of the beads, and speeds in m/s, from which the numbers printed in section 6.2.1 of the thesis follow.
-
-    bead_speed belongs to the printed λ (equation 6.37), striker_speed to the printed T_c (equation 6.38).
-    """
-
-    material: Material
-    bead_speed: float
-    striker_speed: float
-
-
-# The values that reproduce the printed numbers of section 6.2.1, on aluminium 6061; the text does not state them.
-THESIS_IMPACT = ThesisImpact(Material(200.0e9, 0.28, 8000.0, "steel 440C as heavy as 316"), 0.682 * 0.63, 0.31)
+# Beads, and speeds in m/s, that reproduce the printed numbers of section 6.2.1 of the thesis on aluminium; the text
+# does not state them. bead_speed belongs to the printed λ (equation 6.37), striker_speed to the printed T_c (6.38).
+THESIS_IMPACT = SimpleNamespace(
+    material=Material(200.0e9, 0.28, 8000.0, "steel 440C as heavy as 316"), bead_speed=0.682 * 0.63, striker_speed=0.31
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,12 +198,11 @@ class PlateImpact:
         return _plain(transit * (1.0 + self.restitution**-0.2) + self.contact_time)
 
 
-def critical_distance_bounds(
-    bead: Any, plate: Plate, impact_speed: float, wave_speeds: tuple[float, float] | None = None
-) -> tuple[float, float]:
+def critical_distance_bounds(bead: Any, plate: Plate, impact_speed: float) -> tuple[float, float]:
     """Return the two estimates of the critical distance in the thesis: with the A0 Lamb wave, with the Rayleigh wave.
 
-    L = c T/2 with the Hertzian contact time T of the bead on a half-space of the plate's material (equation 6.41).
+    L = c T/2 with the Hertzian contact time T of the bead on a half-space of the plate's material (equation 6.41), and
+    c = 0.2 √(E/ρ) or 0.57 √(E/ρ).
 
     Parameters
     ----------
@@ -218,13 +210,11 @@ def critical_distance_bounds(
         As of `theory.PlateImpact`.
     impact_speed : float
         Speed of the striker, m/s; the printed factors follow from 0.682 times it.
-    wave_speeds : tuple of two floats, optional
-        Wave speeds c, m/s, by default 0.2 √(E/ρ) and 0.57 √(E/ρ). Plates of a Laminate need them.
 
     Returns
     -------
     tuple of two floats
-        L, m, for the first and the second wave speed.
+        L, m, for the slower and the faster wave.
 
     Examples
     --------
@@ -235,14 +225,9 @@ def critical_distance_bounds(
     """
     stiffness = wall_stiffness(bead, plate)
     duration = contact_time(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))
-    if wave_speeds is None:
-        if not isinstance(plate.material, Material):
-            raise ValueError(f"plate.material = {plate.material!r}: must be a Material, with one speed √(E/ρ)")
-        wave_speeds = A0_OVER_BAR_SPEED * plate.material.bar_speed, RAYLEIGH_OVER_BAR_SPEED * plate.material.bar_speed
-    if not several(wave_speeds) or len(wave_speeds) != 2:
-        raise ValueError(f"wave_speeds = {wave_speeds!r}: must be two speeds, m/s")
-    slow, fast = (positive("wave_speeds", speed, "m/s") for speed in wave_speeds)
-    return slow * duration / 2.0, fast * duration / 2.0
+    material: Material = instance("plate.material", plate.material, Material, "a Material, with one speed √(E/ρ)")
+    length = material.bar_speed * duration / 2.0
+    return A0_OVER_BAR_SPEED * length, RAYLEIGH_OVER_BAR_SPEED * length
 
 
 def wall_stiffness(bead: Any, plate: Plate) -> float:

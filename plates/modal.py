@@ -11,7 +11,7 @@ from scipy.linalg import eigh, eigh_tridiagonal
 
 from plates.contacts import Contact, contacts_data
 from plates.elements.hermite import Beam
-from plates.half_plane import QUASI_STATIC, HalfPlane, Until, oscillators
+from plates.half_plane import QUASI_STATIC, HalfPlane, Until
 from plates.plate import Plate
 from plates.section import Section, homogeneous_section
 from plates.shapes.rectangle import SIDES, Rectangle
@@ -22,7 +22,8 @@ from structures.fineness import fineness
 from structures.kernels.quadrature import LANES, tridiagonal
 from structures.linear_algebra.one_thread import one_thread
 from structures.material import Material
-from structures.structure import Structure, Vector
+from structures.structure import Structure, Vector, oscillators
+from structures.surface import Surface
 
 # Edges that the modes know; in Kirchhoff's theory two of them are one.
 HELD = {"clamped": "clamped", "simple": "simple", "soft simple": "simple", "free": "free"}
@@ -202,10 +203,9 @@ class ModalPlate:
         ]
         frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
         frequency, weight = _fewer(frequency, weight, plate.highest_frequency, self.until)
-        return oscillators(
-            frequency, weight, one_edge.compliance_above(QUASI_STATIC * cut), section.struck,
-            self._origin | wall | contacts_data([Contact(*place, "front")]), self.until,
-        )  # fmt: skip
+        above, surface = one_edge.compliance_above(QUASI_STATIC * cut), Surface(section.struck)
+        origin = self._origin | wall | contacts_data([Contact(*place, "front")])
+        return oscillators(frequency**2, None, np.sqrt(weight), above, surface, origin, self.until)
 
 
 @lru_cache(BASES)

@@ -117,16 +117,12 @@ def homogeneous_section(
     return Section(bending, shear, mass, mass * thickness**2 / 12.0, thickness, material)
 
 
-def thin_wavelength(section: Section, rigidity: float, frequency: float) -> float:
-    """Return the length of flexural waves in Kirchhoff's theory, 2π (D/m)^¼ / √ω, m; frequency in Hz."""
-    return float(2.0 * np.pi * (rigidity / section.mass) ** 0.25 / (2.0 * np.pi * frequency) ** 0.5)
-
-
-def thick_wavelength(
+def flexural_wavelength(
     mass: float, rigidity: float, frequency: float, rotary_inertia: float = 0.0, shear: float = np.inf
 ) -> float:
     """Return the length of flexural waves in Mindlin's theory, m: 2π/k with the larger root k of
-    D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0; rotary inertia J in kg, shear stiffness S in N/m."""
+    D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0; rotary inertia J in kg, shear stiffness S in N/m. Kirchhoff's
+    theory has neither."""
     circular = 2.0 * np.pi * frequency
     linear = (rotary_inertia + mass * rigidity / shear) * circular**2
     constant = mass * circular**2 * (1.0 - rotary_inertia * circular**2 / shear)

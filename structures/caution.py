@@ -1,6 +1,7 @@
 """Warnings for the user: about improbable input, and about results that may mislead."""
 
 import contextlib
+import functools
 import sys
 import warnings
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ OWN_CODE = tuple(str(HOME / place) for place in ("structures/", "particles/", "p
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
 # Files of frames that no user wrote: also of decorators, and of an __init__ that dataclasses generate
-BETWEEN = (*OWN_CODE, contextlib.__file__, "<string>")
+BETWEEN = (*OWN_CODE, contextlib.__file__, functools.__file__, "<string>")
 
 
 class HertzlinkWarning(UserWarning):
@@ -30,7 +31,10 @@ def caution(message: str) -> None:
     if messages is not None:
         messages.append(message)
         return
-    warnings.warn(message, HertzlinkWarning, stacklevel=_depth())
+    frame, level = sys._getframe(1), 1
+    while frame.f_code.co_filename.startswith(BETWEEN) and frame.f_back is not None:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, HertzlinkWarning, stacklevel=level + 1)
 
 
 @contextlib.contextmanager
@@ -42,11 +46,3 @@ def collected() -> Iterator[list[str]]:
         yield messages
     finally:
         _COLLECTED.reset(token)
-
-
-def _depth() -> int:
-    """Return the stack level, for warnings.warn in `caution`, of the innermost frame outside hertzlink."""
-    frame, level = sys._getframe(2), 2
-    while frame.f_code.co_filename.startswith(BETWEEN) and frame.f_back is not None:
-        frame, level = frame.f_back, level + 1
-    return level

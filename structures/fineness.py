@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from math import ceil, log2
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 # Hz, the default that meshes resolve. Contacts of steel beads of 4 to 20 mm diameter last 12 to 110 µs and excite
 # little above.
@@ -44,19 +44,9 @@ def times_shorter(contact: float) -> int:
 
 
 @contextmanager
-def finer(cells: int = 1, tolerance: float = 1.0) -> Iterator[None]:
-    """Make meshes and reductions within it finer by these factors."""
-    before = _FINENESS.set(fineness()._replace(cells=cells, tolerance=tolerance))
-    try:
-        yield
-    finally:
-        _FINENESS.reset(before)
-
-
-@contextmanager
-def for_shorter(times: int) -> Iterator[None]:
-    """Make default meshes and reductions within it for contacts that are shorter by this factor."""
-    before = _FINENESS.set(fineness()._replace(shorter=times))
+def finer(**factors: Any) -> Iterator[None]:
+    """Make meshes and reductions within it finer by these factors of `Fineness`."""
+    before = _FINENESS.set(fineness()._replace(**factors))
     try:
         yield
     finally:

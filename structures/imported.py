@@ -14,7 +14,7 @@ from structures.described import described_as
 from structures.linear_algebra.factor import numbers
 from structures.material import Material
 from structures.quantities import Asks, Component, Curvature, InFile, Quantity, Scale
-from structures.structure import Structure
+from structures.structure import Structure, oscillators
 from structures.surface import Surface
 
 Residual = Annotated[float, Quantity("m/N", "a compliance", "2e-9 m/N", -np.inf)]
@@ -161,15 +161,9 @@ def from_modes(
     }
     omega = 2.0 * np.pi * each(not_negative, "frequencies", hertz, "Hz")
     damping = 2.0 * each(not_negative, "damping_ratios", ratios) * omega
-    return Structure(
-        sparse.csr_array(sparse.eye_array(count)),
-        sparse.csr_array(sparse.diags_array(omega**2)),
-        sparse.csr_array(sparse.diags_array(damping)) if damping.any() else None,
-        np.sqrt(scale) * vector,
-        residual_flexibility or 0.0,
-        Surface(material, curvature),
-        origin,
-    )
+    contact, surface = np.sqrt(scale) * vector, Surface(material, curvature)
+    losses = damping if damping.any() else None
+    return oscillators(omega**2, losses, contact, residual_flexibility or 0.0, surface, origin)
 
 
 def _matrix(name: str, value: Any) -> sparse.csr_array:

@@ -9,8 +9,7 @@ from scipy.linalg import block_diag
 from structures.checks import instance, within
 from structures.kernels import linear
 from structures.linear_algebra.factor import SMALL_MATRIX, check_definite
-from structures.oscillators import OscillatorStep
-from structures.stepping import DenseMatrices, ImplicitMidpoint, StructureState, modes_of
+from structures.stepping import DenseMatrices, ImplicitMidpoint, OscillatorStep, StructureState, modes_of
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 

@@ -18,7 +18,7 @@ from structures.krylov import DEFAULT_PULSE, Krylov, Modes
 from structures.linear_algebra.one_thread import one_thread
 from structures.maxwell import with_arms
 from structures.quantities import Likely, Quantity, Several
-from structures.structure import Structure, Vector, known_field
+from structures.structure import Structure, Vector, known_field, oscillators
 
 # Default limit of the basis: dense matrices of this size are diagonalised in about a second. And the number of
 # structures whose oscillators are kept: a fit comes back to the latest.
@@ -145,20 +145,11 @@ def _of_oscillators(modes: Modes, full: Structure, report: dict[str, Any], field
         stiff = values > 1e-14 * values.max()
         roots.append(sparse.csr_array(np.sqrt(values[stiff])[:, None] * vectors[:, stiff].T))
 
-    size, damping = modes.square.size + sum(root.shape[0] for root in roots), modes.damping
-    if damping is not None:
-        damping = sparse.csr_array(sparse.diags_array(damping) if damping.ndim == 1 else damping)
-    reduced = Structure(
-        sparse.csr_array(sparse.eye_array(modes.square.size)),
-        sparse.csr_array(sparse.diags_array(modes.square)),
-        damping,
-        modes.contact.reshape(-1, *full.contact.shape[1:]).copy(),
-        full.flexibility,
-        full.surface,
-        {**full.origin, "reduction": {"size": size, **report}},
-        report["until"],
-        field,
-    )
+    size = modes.square.size + sum(root.shape[0] for root in roots)
+    contact = modes.contact.reshape(-1, *full.contact.shape[1:]).copy()
+    origin = {**full.origin, "reduction": {"size": size, **report}}
+    rest = full.flexibility, full.surface, origin, report["until"], field
+    reduced = oscillators(modes.square, modes.damping, contact, *rest)
     for (time, _), root in zip(modes.arms, roots, strict=True):
         reduced = with_arms(reduced, root, time)
     return reduced

@@ -13,7 +13,7 @@ from scipy import sparse
 from structures.checks import count_of, each, finite, html_table, instance, listed, positive
 from structures.described import described_as
 from structures.field import Field
-from structures.fineness import fineness, for_shorter
+from structures.fineness import fineness, finer
 from structures.linear_algebra.factor import Matrices, numbers, symmetric
 from structures.material import Material
 from structures.surface import Surface
@@ -141,7 +141,7 @@ class Structure:
             return self
         if (key := (times, fineness())) not in made:
             try:
-                with for_shorter(times):
+                with finer(shorter=times):
                     made[key] = self.again()
                 object.__setattr__(made[key], "_made", made)
             except ValueError:  # too large, or too thick for its theory: a run warns
@@ -199,6 +199,18 @@ class Structure:
 
 def _changed(again: Callable[[], Structure], change: Callable[..., Structure], arguments: tuple[Any, ...]) -> Structure:
     return change(again(), *arguments)
+
+
+def oscillators(square: Vector, damping: Vector | None, contact: Vector, *others: Any) -> Structure:
+    """Return M = I and K = diag(ω²), with C from as many rates or a matrix. others: what follows `contact`."""
+    places = np.arange(square.size + 1)
+
+    def diagonal(entries: Vector) -> sparse.csr_array:
+        return sparse.csr_array((entries, places[:-1], places), shape=(square.size, square.size))
+
+    if damping is not None:
+        damping = diagonal(damping) if damping.ndim == 1 else sparse.csr_array(damping)  # type: ignore[assignment]
+    return Structure(diagonal(np.ones(square.size)), diagonal(square), damping, contact, *others)  # type: ignore[arg-type]
 
 
 def is_diagonal(matrix: sparse.csr_array) -> bool:

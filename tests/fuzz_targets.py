@@ -450,9 +450,8 @@ def _plates() -> dict[str, Target]:
                 for name in ("bending", "shear", "mass", "rotary_inertia", "thickness", "struck")
             },
         ),
-        "theory.critical_distance_bounds": Target(
-            hl.theory.critical_distance_bounds, {**struck, "wave_speeds": (500.0, 1000.0)}
-        ),
+        "critical_distance_bounds": Target(hl.critical_distance_bounds, struck),
+        "theory.critical_distance_bounds": Target(hl.theory.critical_distance_bounds, {**struck}),
         "critical_distance_law": Target(hl.critical_distance_law, {**struck, "edge": "clamped", "tolerance": 0.02}),
         "theory.PlateImpact": Target(
             theory.PlateImpact,
@@ -789,7 +788,6 @@ def _formulas() -> dict[str, Target]:
         "UniformChain.transit_time": (chain.transit_time, {"beads": 13, "striker_speed": 0.44, "restitution": 0.9}),
         "UniformChain.wave_speed_from_force": (chain.wave_speed_from_force, {"force": 20.0, "preload": 1.0}),
         "UniformChain.wave_speed_from_particle_speed": (chain.wave_speed_from_particle_speed, {"particle_speed": 0.3}),
-        "UniformChain.peak_force_from_particle_speed": (chain.peak_force_from_particle_speed, {"particle_speed": 0.3}),
         "theory.zener_contact_time": (theory.zener_contact_time, {"inelasticity": 1.28}),
         "theory.zener_restitution": (theory.zener_restitution, {"inelasticity": 1.28}),
         "theory.hertz_pressure": (theory.hertz_pressure, {**surfaces, "force": 50.0}),

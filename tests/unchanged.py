@@ -374,7 +374,6 @@ def closed_forms() -> Mapping[str, Any]:
     return {
         "dispersion": row.angular_frequency(100.0, preload=5.0),
         "cutoff": row.cutoff_frequency(5.0),
-        "peak force": row.peak_force_from_particle_speed(0.3),
         "sound": row.sound_speed(5.0),
         "strain": row.strain(1e-3, 1e-6, 600.0),
         "tangent": row.tangent_stiffness(5.0),

@@ -190,7 +190,7 @@ def read_netcdf(file: Path) -> xr.Dataset:
     """
     import h5py  # type: ignore[import-untyped]  # these here, as most runs read no file
 
-    from structures.meshes.hdf5 import check_hdf5
+    from coupling.results.hdf5 import check_hdf5
 
     if not file.is_file():
         raise ValueError(f"{file}: there is no such file; give a netCDF file such as results.nc")

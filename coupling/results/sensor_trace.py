@@ -6,9 +6,9 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from coupling.results.user_arrays import in_si_units
 from structures.checks import count_of
 from structures.structure import Vector
-from structures.user_arrays import in_si_units
 
 FEWEST_SAMPLES = 16  # A trace with fewer samples holds no pulse that could be measured.
 # A trace is first smoothed until its noise is this part of its range: then half heights are crossed once.

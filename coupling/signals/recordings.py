@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.results.hdf5 import check_hdf5
 from coupling.results.sensor_trace import FEWEST_SAMPLES
 from coupling.signals.heads import FORCE, TIME, NotUnderstood, Unit, unit_named
-from structures.meshes.hdf5 import check_hdf5
 from structures.structure import Vector
 
 Array = NDArray[Any]

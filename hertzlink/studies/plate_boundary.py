@@ -14,7 +14,7 @@ from hertzlink.studies.shared import ALUMINIUM, DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.shared import PLATE_SPEED as SPEED
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.impact import THESIS_IMPACT
-from plates.section import homogeneous_section, thick_wavelength
+from plates.section import flexural_wavelength, homogeneous_section
 from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.caution import collected
 
@@ -190,7 +190,7 @@ def group_speed(thickness: float, frequency: float) -> float:
     wall = homogeneous_section(thickness, ALUMINIUM)
     inertia, shear = wall.rotary_inertia, float(wall.shear[0, 0])
     frequencies = frequency * np.array([1.0 - 1e-4, 1.0 + 1e-4])
-    waves = [1.0 / thick_wavelength(wall.mass, wall.bending[0, 0], one, inertia, shear) for one in frequencies]
+    waves = [1.0 / flexural_wavelength(wall.mass, wall.bending[0, 0], one, inertia, shear) for one in frequencies]
     return float(np.diff(frequencies)[0] / np.diff(waves)[0])
 
 

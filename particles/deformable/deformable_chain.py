@@ -16,7 +16,7 @@ from particles.deformable.vibration import Vibration, vibration
 from particles.kernels.vibrations import Vibrating
 from particles.laws.axisymmetric import computed_law
 from particles.laws.axisymmetric_mesh import body_of
-from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
+from particles.laws.formulas import NARROWEST, SAMPLES, law_of_bodies
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
@@ -108,7 +108,7 @@ class MovingDeformableChain(MovingChain):
 
     def law_between(self, bead: Any, facing: Any) -> ContactLaw:
         """By finite elements; by formulas for structures that are curved in one direction only."""
-        analytic = contact_law(bead, facing)
+        analytic = law_of_bodies(bead, facing)
         if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
             return analytic
         deepest, speed = self._deepest(analytic), self.chain.impact_speed

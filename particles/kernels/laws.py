@@ -164,12 +164,6 @@ def table_edges() -> Vector:
     return edges
 
 
-def table_energies(rows: Vector, overlap: Vector) -> Vector:
-    """Return ∫F dδ of a tabulated contact, J, at overlaps of any shape."""
-    row = np.clip(np.searchsorted(table_edges(), overlap, side="right") - 1, 0, BUCKETS * OCTAVES - 1)
-    return np.where(overlap > NEGLIGIBLE, cubic_integral(rows, row, overlap), 0.0)
-
-
 class Tabulated(NamedTuple):
     """F = k f(δ), f a table of cubics."""
 

@@ -10,6 +10,7 @@ from scipy.special import lambertw
 from particles.bead import SHAPES, Bead, Cylinder, check_bead, surface_of
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from structures.caution import caution
+from structures.checks import short
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
 # Half-width of a contact over the relative radius of curvature, or over a body's own if that is smaller: up to here
@@ -43,9 +44,17 @@ def contact_law(first: Bead, second: Bead | Surface) -> ContactLaw:
     'Hertz, round contact'
     """
     check_bodies(first, second)
+    return law_of_bodies(first, second)
+
+
+def law_of_bodies(first: Bead, second: Bead | Surface) -> ContactLaw:
+    """Return the same of bodies that are checked already."""
     # A user's body may change, or be no key of a dictionary; those defined here are frozen.
     known = isinstance(first, SHAPES) and isinstance(second, (*SHAPES, Surface))
-    law: ContactLaw = (_known_law if known else _law)(first, second)  # type: ignore[arg-type]
+    try:
+        law: ContactLaw = (_known_law if known else _law)(first, second)  # type: ignore[arg-type]
+    except ValueError as error:
+        raise ValueError(f"{short(first)} on {short(second)}: {error}") from None
     if law.caution:
         caution(f"contact law: {law.caution}")
     return law

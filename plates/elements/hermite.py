@@ -21,7 +21,7 @@ from scipy import sparse
 
 from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened, extent
 from plates.elements.assembled import Assembled, PlateSampler, Touch, check_free, product_sampler
-from plates.section import Section, thin_wavelength
+from plates.section import Section, flexural_wavelength
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.meshes.mesh_reading import Tag
@@ -48,7 +48,7 @@ class Hermite:
     unknowns: ClassVar[float] = 4.0
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        return thin_wavelength(section, rigidity, frequency)
+        return flexural_wavelength(section.mass, rigidity, frequency)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
         """Return the cells for waves of a length, m, with lines where additions make the curvature jump."""
@@ -110,7 +110,7 @@ class Beam:
         place, weight = GAUSS
         points = (low + high)[:, None] / 2.0 + (high - low)[:, None] / 2.0 * place
         weights = (high - low)[:, None] / 2.0 * weight
-        shapes = _hermite(left[:, None], (right - left)[:, None], points)
+        shapes = [_hermite(left[:, None], (right - left)[:, None], points, i) for i in range(3)]
         parts = {}
         for i, j in product(range(3), repeat=2):
             blocks = np.einsum("qcp,rcp,cp->cqr", shapes[i], shapes[j], weights)
@@ -126,7 +126,7 @@ class Beam:
         cell = int(np.clip(np.searchsorted(self.nodes, position) - 1, 0, self.nodes.size - 2))
         left, right = self.nodes[cell], self.nodes[cell + 1]
         values = np.zeros(2 * self.nodes.size)
-        values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, np.asarray(position))[derivative]
+        values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, position, derivative)
         return np.asarray(values[self.kept])
 
     def reading(self) -> tuple[Vector, list[sparse.csr_array]]:
@@ -208,14 +208,16 @@ def plate_matrices(
     return mass, stiffness
 
 
-def _hermite(left: Vector, length: Vector, points: Vector) -> list[Vector]:
-    """Return the four shape functions of a cell, their slopes and their curvatures at points; 4 × the points' shape,
-    each."""
+def _hermite(left: Any, length: Any, points: Any, derivative: int) -> Vector:
+    """Return the four shape functions of a cell, or a derivative of theirs, at points; 4 × the points' shape."""
     s, h = (points - left) / length, length
-    values = [1.0 - 3.0 * s**2 + 2.0 * s**3, h * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, h * (s**3 - s**2)]
-    slopes = [6.0 * (s**2 - s) / h, 1.0 - 4.0 * s + 3.0 * s**2, 6.0 * (s - s**2) / h, 3.0 * s**2 - 2.0 * s]
-    bends = [(12.0 * s - 6.0) / h**2, (6.0 * s - 4.0) / h, (6.0 - 12.0 * s) / h**2, (6.0 * s - 2.0) / h]
-    return [np.array(shapes) for shapes in (values, slopes, bends)]
+    if derivative == 0:
+        shapes = 1.0 - 3.0 * s**2 + 2.0 * s**3, h * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, h * (s**3 - s**2)
+    elif derivative == 1:
+        shapes = 6.0 * (s**2 - s) / h, 1.0 - 4.0 * s + 3.0 * s**2, 6.0 * (s - s**2) / h, 3.0 * s**2 - 2.0 * s
+    else:
+        shapes = (12.0 * s - 6.0) / h**2, (6.0 * s - 4.0) / h, (6.0 - 12.0 * s) / h**2, (6.0 * s - 2.0) / h
+    return np.array(shapes)
 
 
 def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:

@@ -21,7 +21,7 @@ from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened
 from plates.elements.assembled import Assembled, Touch, check_free, mesh_sampler
 from plates.elements.functions import DEGREE, Functions
 from plates.elements.indentation import bending_by_poisson, remaining_flexibility
-from plates.section import Section, thick_wavelength
+from plates.section import Section, flexural_wavelength
 from plates.shapes.mesh_geometry import QUARTER_TURN, check_straight, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
@@ -60,7 +60,7 @@ class Mindlin:
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
         """Return the wavelength of the softest direction in shear, m."""
         shear = float(np.linalg.eigvalsh(section.shear)[0])
-        return thick_wavelength(section.mass, rigidity, frequency, section.rotary_inertia, shear)
+        return flexural_wavelength(section.mass, rigidity, frequency, section.rotary_inertia, shear)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
         """Return cells as small as the patch at the contact, with lines where regions end and along stiffeners parallel

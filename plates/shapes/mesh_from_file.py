@@ -10,21 +10,9 @@ from plates.shapes.mesh_geometry import tangents
 from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import count_of
+from structures.meshes import mesh_reading as reading
 from structures.meshes.mesh_files import read_mesh, source_of
-from structures.meshes.mesh_reading import (
-    FLAT_CORNERS,
-    Numbers,
-    Tag,
-    Tags,
-    box_of,
-    cells_of,
-    check_scale,
-    names,
-    near,
-    points_of,
-    tagged_facets,
-    used,
-)
+from structures.meshes.mesh_reading import FLAT_CORNERS, Numbers, Tag, Tags, names, near
 from structures.meshes.mesh_topology import QUADRILATERAL, TRIANGLE, check_joined, edge_lengths, once
 from structures.structure import Vector
 from structures.units import readable
@@ -49,28 +37,24 @@ class FlatMesh:
         self.scale, self.tags = 1.0 if scale is None else scale, tags
         self.source = source_of(source)
         read = read_mesh(source)
-        points, cells = self.scale * points_of(read, flat=True), _faces(read)
+        points, cells = self.scale * reading.points_of(read, flat=True), _faces(read)
         count = cells.shape[1]
         sides = TRIANGLE if count == 3 else QUADRILATERAL
-        points, cells, number = used(points, once(cells, count)[0], count)
+        points, cells, number = reading.used(points, once(cells, count)[0], count)
         thin = bool(thickness < THINNEST * np.ptp(points, axis=0).max())
-        check_scale(points, thin, f"with a thickness of {thickness:.3g} m", scale)
+        reading.check_scale(points, thin, f"with a thickness of {thickness:.3g} m", scale)
         if np.ptp(points[:, 2]) > OUT_OF_PLANE * np.ptp(points, axis=0).max():
-            raise ValueError(f"mesh: its box is {box_of(points)} m; must be flat, in the plane of x and y")
+            raise ValueError(f"mesh: its box is {reading.box_of(points)} m; must be flat, in the plane of x and y")
         cells = _upright(points, cells)
         check_joined(points, cells, sides, float(edge_lengths(points, cells, sides).min()))
         make = MeshTri if count == 3 else MeshQuad
         mesh = make(np.ascontiguousarray(points[:, :2].T), np.ascontiguousarray(cells.T))
-        self._tags: Tags = tagged_facets(read, mesh, number, LINES, tags)
+        self._tags: Tags = reading.tagged_facets(read, mesh, number, LINES, tags)
         self._mesh = PlateMesh(mesh, self._tags.groups)
 
     def check_edge(self, name: Tag) -> None:
         """Raise a ValueError for an edge that does not exist or has no side; warn where it leaves sides out."""
         self._tags.of("supports", name)
-
-    @property
-    def names(self) -> list[Tag]:
-        return list(self._mesh.edges)
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -125,7 +109,7 @@ def _faces(source: Any) -> Numbers:
     faces: dict[int, list[Numbers]] = {3: [], 4: []}
     for i, block in enumerate(source.cells):
         if block.type in kinds:
-            faces[FLAT_CORNERS[block.type]].append(cells_of(source, i)[:, : FLAT_CORNERS[block.type]])
+            faces[FLAT_CORNERS[block.type]].append(reading.cells_of(source, i)[:, : FLAT_CORNERS[block.type]])
     if not (faces[3] and faces[4]):
         return np.concatenate(faces[3] or faces[4])
     quadrilaterals = np.concatenate(faces[4])

@@ -27,7 +27,7 @@ class Rectangle:
     width: float
     cells: tuple[int, int] | None = None
 
-    kind, names = "plate", SIDES
+    kind = "plate"
 
     @property
     def box(self) -> tuple[float, float, float, float]:

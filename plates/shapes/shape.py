@@ -1,6 +1,6 @@
 """What shapes of plates share: a mesh with named edges, and the sizes of its cells.
 
-A shape has `kind` ("plate" or "panel"), `names` of edges, the `box` around it, its `area`, `directions(name)` of an
+A shape has `kind` ("plate" or "panel"), the `box` around it, its `area`, `directions(name)` of an
 edge's sides, `mesh(x, y, cells)`, `described()` and `summary()`; `fixed` is true where one mesh serves all contacts.
 """
 

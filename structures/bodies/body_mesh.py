@@ -9,22 +9,9 @@ from skfem import ElementHex2, ElementTetP2, FacetBasis, MeshHex1, MeshHex2, Mes
 from structures.caution import caution
 from structures.checks import instance
 from structures.material import Material
+from structures.meshes import mesh_reading as reading
 from structures.meshes.mesh_files import read_mesh
-from structures.meshes.mesh_reading import (
-    FLAT_CORNERS,
-    Numbers,
-    Tag,
-    Tags,
-    cells_of,
-    check_scale,
-    hint_of,
-    names,
-    near,
-    points_of,
-    tagged,
-    tagged_facets,
-    used,
-)
+from structures.meshes.mesh_reading import FLAT_CORNERS, Numbers, Tag, Tags, names, near
 from structures.meshes.mesh_topology import HEXAHEDRON, TETRAHEDRON, check_joined, edge_lengths, once
 from structures.structure import Vector
 
@@ -67,15 +54,15 @@ class BodyMesh:
         (kind,) = kinds
         make, self.element, corners, self.order = CELL_TYPES[kind]
         sides = TETRAHEDRON if corners == 4 else HEXAHEDRON
-        points = self.scale * points_of(read)
-        cells, renumbered = once(np.concatenate([cells_of(read, i) for i in blocks]), corners)
+        points = self.scale * reading.points_of(read)
+        cells, renumbered = once(np.concatenate([reading.cells_of(read, i) for i in blocks]), corners)
         if kind == "hexahedron20":
             caution("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
             cells = cells[:, :corners]
-        points, cells, number = used(points, cells, corners)
+        points, cells, number = reading.used(points, cells, corners)
         edges = edge_lengths(points, cells[:, :corners], sides)
         # 20 mm are a quarter of a shear wave of 40 kHz in steel.
-        check_scale(points, bool(edges.min() > 0.02), f"its shortest edge {edges.min():.3g} m", scale)
+        reading.check_scale(points, bool(edges.min() > 0.02), f"its shortest edge {edges.min():.3g} m", scale)
         _check_shapes(points, cells[:, :corners])
         check_joined(points, cells[:, :corners], sides, float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
@@ -86,9 +73,9 @@ class BodyMesh:
         self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T))
         if kind in ("tetra10", "hexahedron27"):
             _check_curves(self.mesh)
-        groups = {tag: np.unique(renumbered[members]) for tag, members in tagged(read, blocks, 3, tags).items()}
-        self.cells = Tags(groups, hint_of(read, tags))
-        self.facets = tagged_facets(read, self.mesh, number, FLAT_CORNERS, tags)
+        groups = {tag: np.unique(renumbered[members]) for tag, members in reading.tagged(read, blocks, 3, tags).items()}
+        self.cells = Tags(groups, reading.hint_of(read, tags))
+        self.facets = reading.tagged_facets(read, self.mesh, number, FLAT_CORNERS, tags)
 
     def materials(self, material: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
         """Return the materials, and for each cell the index of its material."""

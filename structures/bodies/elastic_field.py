@@ -99,17 +99,7 @@ class ElasticSampler:
         return self._in_space(self._full(u)[self.point_dofs])
 
     def stress(self, u: Numbers) -> Numbers:
-        """Return the stress at the nodes, p × 6, Pa."""
-        return np.asarray(self.mean @ self.gauss_stress(u).reshape(-1, 6))
-
-    def stiffness_parts(self) -> list[sparse.csr_array]:
-        """Return the contribution of each material to the stiffness, N/m."""
-        basis = Basis(self.mesh, ElementVector(self.element()), intorder=self.integration_order)
-        parts = part_stiffnesses(basis, self.materials, self.owner)
-        return [part[self.kept][:, self.kept] for part in parts]
-
-    def gauss_stress(self, u: Numbers) -> Numbers:
-        """Return the stress at the Gauss points, cells × Gauss points × 6, Pa."""
+        """Return the stress at the nodes, p × 6, Pa: extrapolated from the Gauss points of each cell."""
         moved = self.gauss.interpolate(self._full(u))
         gradient = np.moveaxis(np.asarray(moved.grad), (0, 1), (2, 3))
         strain = np.zeros((*gradient.shape[:2], 3, 3))
@@ -125,7 +115,13 @@ class ElasticSampler:
         stress = np.empty((*volume.shape, 6))
         for (i, j), place in VTK_STRESS_INDEX.items():
             stress[..., place] = 2.0 * self.shear * strain[..., i, j] + (self.lame * volume if i == j else 0.0)
-        return stress
+        return np.asarray(self.mean @ stress.reshape(-1, 6))
+
+    def stiffness_parts(self) -> list[sparse.csr_array]:
+        """Return the contribution of each material to the stiffness, N/m."""
+        basis = Basis(self.mesh, ElementVector(self.element()), intorder=self.integration_order)
+        parts = part_stiffnesses(basis, self.materials, self.owner)
+        return [part[self.kept][:, self.kept] for part in parts]
 
     def _full(self, u: Numbers) -> Numbers:
         """Return all degrees of freedom, with zeros for those that the supports hold."""

@@ -22,23 +22,6 @@ def by_type(function: Function, small: bool = True, **options: Any) -> Function:
     In compiled code and in Python it stands for the static method of this name of that class. function: what it does
     for classes that have none; if it raises NotImplementedError, every class must. small: whether it becomes a part of
     its callers. options: of Numba's compiler.
-
-    Examples
-    --------
-    >>> from typing import NamedTuple
-    >>> import numpy as np
-    >>> class Spring(NamedTuple):
-    ...     stiffness: np.ndarray
-    ...
-    ...     @staticmethod
-    ...     def force(law, i, overlap):
-    ...         return law.stiffness[i] * overlap
-    >>> @by_type
-    ... def force(law, i, overlap):
-    ...     "Force of contact i, N."
-    ...     raise NotImplementedError
-    >>> float(force(Spring(np.array([2.0])), 0, 3.0))
-    6.0
     """
     name, parameters = function.__name__, signature(function)
     default = None if "NotImplementedError" in function.__code__.co_names else function

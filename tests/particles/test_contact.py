@@ -1,8 +1,10 @@
 """Bodies and their contact laws: the thesis's numbers, other forms of the same law, limits, ranges, bad input."""
 
+import math
 import warnings
 from collections.abc import Callable
 from math import pi, radians
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +19,6 @@ from particles.laws.law import ContactLaw
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316
-TABLE_5_1 = {0.0: (3.759e9, 1.504), 0.5: (3.193e9, 1.493), 0.75: (1.174e9, 1.423), 0.908: (4.671e7, 1.222)}
 
 
 def ellipsoid(axis: str) -> hl.Ellipsoid:
@@ -126,15 +127,6 @@ def test_crossed_cylinders_on_a_plate_are_warned_of_their_line() -> None:
     assert "line contact" not in run.attrs.get("warnings", "")
 
 
-@pytest.mark.parametrize("ratio", TABLE_5_1)
-def test_hollow_spheres_against_table_5_1(ratio: float) -> None:
-    """Hertz and Reissner's shell in series against the thesis's finite elements, 1 to 20 µm; its table fits to 4 %."""
-    k, n = TABLE_5_1[ratio]
-    body = hl.HollowSphere(9.525e-3, max(ratio, 1e-6) * 9.525e-3, hl.ALUMINIUM_6061)
-    approach = np.array([1.0, 2.0, 5.0, 10.0, 20.0]) * 1e-6
-    assert hl.contact_law(body, body).force(approach) == pytest.approx(k * approach**n, rel=0.05)
-
-
 LAWS = [
     hl.contact_law(cylinder(), cylinder()),
     hl.contact_law(cylinder(), hl.Surface(STEEL)),
@@ -199,12 +191,27 @@ class Odd(ContactLaw):
         (lambda d: np.nan * d, lambda d: np.nan * d),
         (lambda d: 1.0 + 1e3 * d, lambda d: 1e3 + 0.0 * d),
         (lambda d: 1e9 * d, lambda d: 1e8 + 0.0 * d),
+        (lambda d: 0.5 + 1e10 * d**1.5, lambda d: 1.5e10 * d**0.5),
     ],
 )
 def test_odd_laws_of_ones_own(force: Callable[[Vector], Vector], tangent: Callable[[Vector], Vector]) -> None:
     bead = hl.Sphere(4e-3, STEEL)
     with pytest.raises(ValueError, match=r"law: Odd\.force: must be finite, zero at zero and rise"):
         hl.CoSimulation(hl.Chain([bead], bead, 0.3, law=Odd(force, tangent)), None).run(1e-5)
+
+
+@pytest.mark.parametrize("force", [lambda d: 1e10 * math.pow(d, 1.5), lambda d: 1e10 * d**1.5 if d > 0.0 else 0.0])
+def test_a_law_of_single_numbers_is_named(force: Callable[[Any], Any]) -> None:
+    bead = hl.Sphere(4e-3, STEEL)
+    with pytest.raises(ValueError, match=r"law: Odd\.force: must take an array of approaches \("):
+        hl.CoSimulation(hl.Chain([bead], bead, 0.3, law=Odd(force, force)), None)
+
+
+def test_a_curvature_that_does_not_fit_names_its_bodies() -> None:
+    bead, hollow = hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)
+    body = hl.Structure([[0.05]], [[2e6]], None, [1.0], 0.0, hollow)
+    with pytest.raises(ValueError, match=r"^Sphere\(radius=0\.01.* on Surface.*curvature"):
+        hl.CoSimulation(hl.Chain([bead], bead, 0.3), body)
 
 
 def test_names_and_cautions() -> None:

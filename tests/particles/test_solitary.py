@@ -1,6 +1,5 @@
 """Theory of solitary waves: the thesis's constants, limits, scaling, the equation itself, simulated chains."""
 
-from collections.abc import Callable
 from decimal import Decimal, localcontext
 from math import cos, pi, sqrt
 
@@ -90,16 +89,6 @@ def test_preload_loses_no_digits(ratio: float, n: float) -> None:
 
 
 @given(st.floats(1e-3, 1e3), EXPONENTS)
-def test_weak_waves_travel_at_the_speed_of_sound(preload: float, n: float) -> None:
-    sound = solitary.UniformChain(D, M, K, n).sound_speed(preload)
-    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(0.0, preload) == pytest.approx(sound, rel=1e-13)
-    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(preload * 1e-9, preload) == pytest.approx(
-        sound, rel=1e-8
-    )
-    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(preload * 1e-3, preload) > sound
-
-
-@given(st.floats(1e-3, 1e3), EXPONENTS)
 def test_without_preload_force_and_speed_obey_5_12(force: float, n: float) -> None:
     expected = D * sqrt(2.0 / (n + 1.0)) * sqrt(K ** (1.0 / n) / M) * force ** ((n - 1.0) / (2.0 * n))
     assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(force) == pytest.approx(expected)
@@ -126,16 +115,6 @@ def test_linear_waves() -> None:
     assert solitary.UniformChain(D, M, K, 1.0).sound_speed(preload) == pytest.approx(D * sqrt(K / M))
 
 
-ARRAYS: dict[str, Callable[..., object]] = {
-    "wave_number": lambda x: solitary.UniformChain(D, M, K).angular_frequency(x, 10.0),
-    "preload": lambda x: solitary.UniformChain(D, M, K).sound_speed(x),
-    "force": lambda x: solitary.UniformChain(D, M, K).wave_speed_from_force(x, 2.0),
-    "particle_speed": lambda x: solitary.UniformChain(D, M, K).peak_force_from_particle_speed(x),
-    "position": lambda x: solitary.UniformChain(D, M, K).strain(x, 0.0, 500.0),
-    "striker_speed": lambda x: solitary.UniformChain(D, M, K).transit_time(13, x),
-}
-
-
 # Simulations: Chain for spheres, and a chain of another law, preloaded, by an integrator that is none of ours.
 
 
@@ -154,15 +133,13 @@ def test_speed_of_a_chain_by_5_11(run: xr.Dataset) -> None:
 
 
 def test_particle_speed_of_a_chain(run: xr.Dataset) -> None:
-    """Equation 6.16, and 6.12 from it: 0.8 % fast, while the peak force that belongs to it is 13 % high."""
+    """Equation 6.16, and 6.12 from it: 0.8 % fast."""
     ratio = run.velocity.sel(bead=[15, 20, 25]).max("time") / STRIKER_SPEED
     assert ratio.values == pytest.approx(solitary.PARTICLE_TO_STRIKER_SPEED, rel=1e-3)
     assert ratio.values == pytest.approx(0.6817, rel=3e-4)
     v = float(ratio.mean()) * STRIKER_SPEED
     speed = solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(v)
     assert hl.wave_speed(run, 13, 20) / speed == pytest.approx(0.992, abs=1e-3)
-    force = float(run.contact_force.sel(contact=16).max())
-    assert force / solitary.UniformChain(D, M, K).peak_force_from_particle_speed(v) == pytest.approx(0.886, abs=1e-3)
 
 
 def test_contact_force_over_bead_force(run: xr.Dataset) -> None:

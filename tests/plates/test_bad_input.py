@@ -123,7 +123,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
-        (lambda: hl.theory.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
         (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
         (lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),

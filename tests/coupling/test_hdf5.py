@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from structures.meshes.hdf5 import check_hdf5
+from coupling.results.hdf5 import check_hdf5
 
 MANY = 12_000_000
 
