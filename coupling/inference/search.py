@@ -81,8 +81,8 @@ class Search:
 
     def settled(self, solution: Solution) -> tuple[Solution, Point, list[Solution]]:
         """Return the solution refined, or a better minimum beside it; all of the misfit there; minima beside it."""
-        minima = list[Solution]()
-        for _ in range(SETTINGS.rounds_beside):
+        minima, few = list[Solution](), self.size < SETTINGS.many_unknowns
+        for _ in range(SETTINGS.rounds_beside if few else SETTINGS.rounds_of_lines):
             # Least squares again, with derivatives over steps that suit the errors.
             point = self.misfit.at(solution.places, self.steps)
             errors = np.sqrt(np.diag(inverse(point.columns)))[: self.size]
@@ -97,6 +97,7 @@ class Search:
             for k in self.lines:
                 deviation = covariance[:, k] / np.sqrt(covariance[k, k])
                 distances = 2.0 * SETTINGS.growth_beside ** np.arange(SETTINGS.steps_beside)
+                distances = distances if few else distances[::2]
                 if self.spacing[k]:
                     distances = distances[: 1 + int((distances * deviation[k] < 2.0 * self.spacing[k]).sum())]
                 line = best.places + np.concatenate([-distances[::-1], [0.0], distances])[:, None] * deviation

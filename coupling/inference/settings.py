@@ -32,7 +32,8 @@ class Settings:
     smallest_scan: int = 32
     largest_scan: int = 128
     many_unknowns: int = 5
-    """So many and more begin at starts_of_many points, and have lines only where no fit explains the signal."""
+    """So many and more begin at starts_of_many points, have lines only where no fit explains the signal, and only half
+    of the places beside a fit."""
     starts_of_many: int = 8
     starts_apart: float = 0.05
 
