@@ -1,4 +1,8 @@
-"""A sweep with a store: it resumes where it was stopped, longer axes run only the new points, failures are reported."""
+"""A sweep with a store: it resumes where it was stopped, longer axes run only the new points, failures are reported.
+
+On a cluster, connect with `distributed.Client(address)` and put the calls of `sweep` below
+`with joblib.parallel_config("dask"):`; see docs/python.md.
+"""
 
 import hertzlink as hl
 

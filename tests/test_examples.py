@@ -1,12 +1,9 @@
 """The gallery: each script runs as it stands, in a folder of its own, and prints the numbers that it should."""
 
-import json
 import re
 import subprocess
 import sys
-import warnings
 from pathlib import Path
-from typing import Any
 
 import matplotlib.pyplot as plt
 import pytest
@@ -17,21 +14,20 @@ GALLERY = Path(__file__).parent.parent / "examples"
 
 NUMBERS = {
     "wall.py": ([49.9881, 128.525, 48.9536, 587.462], 1e-5),
-    "rod_materials.py": ([0.428, 0.486, 0.730, 0.742], 5e-3),
     "resumed_sweep.py": ([0.911, 0.924, 0.829, 0.922], 5e-3),
     "layered_rod.py": ([25.4, 478.8, 584.0, 50.8, 478.8, 645.0], 3e-3),
     "plate_edge.py": ([0.928, 0.730, 0.573, 0.553, 0.554, 0.554], 5e-3),
-    "plate_edge_law.py": ([0.5543, 29.8, 29.5, 30.0, 0.5744, 28.2, 19.4, 29.3, 0.5343, 18.4, 18.1, 18.8, 0.5344], 5e-3),
     "own_structure.py": ([0.8483], 2e-3),
+    "own_law.py": ([452.6, 1.587, 264.7, 1.587, 1.587], 2e-3),
+    "uncertainty_budget.py": ([0.524, 0.0056], 2e-2),
+    "tap_map.py": ([2.98, 14.93, 3.0, 3.0, 15.0, 3.0, 3.0, 55.0, 3.0, 2.99, 55.02, 3.0], 2e-2),
     "two_chains.py": ([20.0, 0.239, 0.062, 0.062, 40.0, 0.239, 0.266, 0.266, 80.0, 0.238, 0.237, 0.237], 1e-2),
-    "chain_between_plates.py": ([1.0, 0.158, 0.719, 497.4, 2.0, 0.409, 0.432, 502.8, 4.0, 0.529, 0.124], 1e-2),
     "mixed_chain.py": ([47.54, 43.79, 86.53, 11.7], 1e-3),
     # 8, 12 and 16 cells: 89.0, 88.7 and 88.5 kPa.
     "solid_view.py": ([0.611, 88.5], 2.5e-2),
     "bead_stress.py": ([14.62, 2.24, 1.749], 5e-3),
     "plate_wave.py": ([8.52], 2e-2),
     "prestress.py": ([0.0509, 0.0941, 0.128, 0.1422, 0.1439, 0.1362], 5e-3),
-    "viscous_layer.py": ([0.398, 0.402, 0.411, 0.311, 0.407, 0.400, 0.420, 0.306], 5e-3),
     "viscous_beads.py": ([1.0, 0.991, 0.845, 0.971, 0.624, 0.542], 3e-3),
     "body_from_mesh.py": ([0.9445, 0.379, 0.9445], 5e-3),
     "deformable_beads.py": ([0.9754, 450.4, 0.9754, 448.3, 0.869, 607.2, 0.873, 604.6, 0.534, 490.2, 0.536], 2e-3),
@@ -42,7 +38,7 @@ NUMBERS = {
 """The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
 the signal's come from the run behind it, the others are regressions."""
 
-QUICK = ("wall.py", "layered_rod.py", "own_structure.py", "mixed_chain.py", "signal_from_file.py", "viscous_layer.py")
+QUICK = ("wall.py", "layered_rod.py", "own_structure.py", "mixed_chain.py", "signal_from_file.py")
 """Those that take a second or two; the others are thorough tests."""
 
 SCRIPTS = [pytest.param(name, marks=() if name in QUICK else pytest.mark.thorough) for name in NUMBERS]
@@ -51,22 +47,6 @@ SCRIPTS = [pytest.param(name, marks=() if name in QUICK else pytest.mark.thoroug
 def blocks(page: str, language: str = "python") -> list[str]:
     text = (GALLERY.parent / page).read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
-
-
-def test_the_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its code, without the lines that speak to the notebook; it finds the plate that made the trace."""
-    monkeypatch.chdir(tmp_path)
-    cells = json.loads((GALLERY / "first_tap.ipynb").read_text(encoding="utf-8"))["cells"]
-    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-    names: dict[str, Any] = {}
-    with warnings.catch_warnings():
-        # The last cell draws with OpenGL, which not every machine has.
-        exec("\n".join(code[:-1]).replace("%matplotlib inline", ""), names)
-    found = names["found"]
-    for name, truth in (("thickness", 3e-3), ("distance", 0.04), ("impact_speed", 0.31)):
-        # Of a thousand errors one exceeds 3.3 standard deviations.
-        assert found[name].value == pytest.approx(truth, abs=3.3 / 1.96 * found[name].error)
-        assert found[name].identifiable
 
 
 def test_every_example_is_listed() -> None:

@@ -62,10 +62,22 @@ def test_the_whole_tutorial(
     assert "the model explains the signal" in printed
 
 
-@pytest.mark.parametrize("name", ["theory.md", "howto_structure.md", "howto_law.md", "howto_sweeps.md"])
-def test_the_lines_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert blocks(name)
-    run_all(blocks(name), tmp_path, monkeypatch)
+@pytest.mark.parametrize(
+    ("name", "which"), [("theory.md", slice(None)), ("coupling.md", slice(3)), ("python.md", slice(2, None))]
+)
+def test_the_lines_of_a_page_run(name: str, which: slice, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first blocks of python.md are run by test_examples.py; later ones of coupling.md are no scripts."""
+    lines = blocks(name)[which]
+    assert len(lines) >= 3
+    run_all(lines, tmp_path, monkeypatch)
+
+
+def test_the_question_of_the_first_trace_is_that_of_its_template() -> None:
+    from hertzlink.cases import templates
+
+    (question,) = re.findall(r"^```toml\n(.*?)^```", (DOCS / "first_trace.md").read_text(encoding="utf-8"), re.S | re.M)
+    written = "".join(path.read_text(encoding="utf-8") for path in Path(templates.__file__).parent.glob("*.toml"))
+    assert question in written
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

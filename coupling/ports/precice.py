@@ -63,7 +63,7 @@ def run_in_precice(
 
     The chain reads the displacement of the surface (m, from static equilibrium) and writes the mean force over
     preCICE's window so far (N, relative to the static one); a structure reads that force and writes the displacement.
-    Both are positive away from the chain. docs/interoperability.md has the configuration.
+    Both are positive away from the chain. docs/coupling.md has the configuration.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def _run_structure(structure: Structure, side: Side, inputs: dict[str, Any]) -> 
 
 
 def precice_configuration(chain: Chain, surface: Surface, until: float, flexibility: float = 0.0) -> str:
-    """Return the text of a configuration of preCICE 3 for a chain on a surface, by docs/interoperability.md.
+    """Return the text of a configuration of preCICE 3 for a chain on a surface, by docs/coupling.md.
 
     until: length of the record, s. flexibility: in series with the contact, m/N. Participants "Chain" and "Structure",
     serial-implicit, with Aitken's relaxation; a window is 1/64 of a contact.

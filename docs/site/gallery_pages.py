@@ -24,13 +24,14 @@ RUN = {
     "layered_rod": "hl.plots.contact_map(hl.CoSimulation(chain, hl.rod(layers)).run(until=1.5e-3))",
     "mixed_chain": "hl.plots.contact_map(run)",
     "own_structure": "hl.plots.traces(run, sensors=7)",
-    "plate_edge_law": "hl.plots.setup(hl.CoSimulation(chain, plate.at(0.03, 0.45)))",
+    "own_law": "hl.plots.contact_map(runs[-1])",
     "plate_wave": """import matplotlib.pyplot as plt
 
 figure, axes = plt.subplots(figsize=(7.0, 5.0), layout="constrained")
 axes.imshow(plt.imread("plate.png"))
 axes.axis("off")""",
     "signal_from_file": "hl.plots.traces(signal)",
+    "uncertainty_budget": "",
     "two_chains": "hl.plots.setup(hl.CoSimulation([chain, chain], body))",
     "viscous_beads": """import matplotlib.pyplot as plt
 
@@ -39,7 +40,6 @@ for (name, force), marker in zip(decay.items(), "osv^Dx", strict=True):
     axes.plot(sensors, [100.0 * one / force[0] for one in force], marker=marker, label=name)
 axes.set(xlabel="bead", ylabel="peak force / peak force at bead 8 (%)", xticks=sensors, ylim=(40, 105))
 axes.legend(frameon=False, fontsize=8, loc="lower left")""",
-    "viscous_layer": "hl.plots.setup(hl.CoSimulation(chain, rod))",
     "wall": "hl.plots.traces(run, sensors=7)",
     "yielding": """import matplotlib.pyplot as plt
 import numpy as np
@@ -65,15 +65,12 @@ axes.axis("off")"""
 
 SLOW = {
     "bead_stress": SHOW_FILE.format("peak.png"),
-    "chain_between_plates": (
-        "hl.plots.setup(hl.CoSimulation([striking, between], [front, second], behind=[None, back]))"
-    ),
     "deformable_beads": "hl.plots.traces(run, sensors=7)",
     "plate_edge": "hl.plots.swept(runs, sensor=7)",
     "prestress": "",
     "resumed_sweep": "hl.plots.swept(runs, sensor=7, over='length')",
-    "rod_materials": "hl.plots.swept(runs, sensor=7)",
     "solid_view": SHOW_FILE.format("von_mises.png"),
+    "tap_map": "",
 }
 """The examples whose output is stored, and lines that draw a picture."""
 

@@ -90,7 +90,7 @@ class YieldingLaw(ABC):
 class Thornton(YieldingLaw):
     """A contact whose greatest pressure is that of the first yield (Thornton, J. Appl. Mech. 64 (1997) 383).
 
-    Hardness tests find higher pressures: its contacts are soft. docs/yield.md has the formulas.
+    Hardness tests find higher pressures: its contacts are soft. docs/beads.md has the formulas.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Thornton(YieldingLaw):
 class JacksonGreen(YieldingLaw):
     """Fits to finite elements of an elastic, perfectly plastic sphere (Jackson and Green, J. Tribol. 127 (2005) 343).
 
-    The dent: Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217. docs/yield.md has the formulas.
+    The dent: Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217. docs/beads.md has the formulas.
 
     Parameters
     ----------

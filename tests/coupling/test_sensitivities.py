@@ -86,7 +86,7 @@ def test_a_parameter_without_effect_is_named():
 
 
 def clamped_at_left(y=0.1, depth=3e-3):
-    """Return a chain at half the width, on the line of symmetry of the plate of docs/sensitivities.md."""
+    """Return a chain at half the width, on the line of symmetry of the plate of docs/identification.md."""
     plate = hl.kirchhoff_plate(0.2, 0.2, depth, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(28, 28))
     return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, SPEED), hl.reduce(plate.at(0.05, y), until=1e-3))
 

@@ -39,7 +39,7 @@ def laminate(layers: list[tuple[object, float]]) -> hl.Laminate:
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", walls())
 def test_against_a_solid(name: str) -> None:
-    """The first three frequencies, and the amplitude ratio of a tap in the middle; docs/validation.md has the table."""
+    """The first three frequencies, and the amplitude ratio of a tap in the middle; docs/trust.md has the table."""
     layers, parts, radius = walls()[name]
     wall, bead = laminate(layers), hl.Sphere(1e-3 * radius, hl.STEEL_440C)
     coarse = hl.mindlin_plate(LENGTH, WIDTH, None, wall, hl.Supports(), cells=(10, 9)).at(LENGTH / 2, WIDTH / 2)

@@ -1,1 +1,0 @@
-"""Benchmarks for asv: set-ups of the scripts in the folder above, timed over commits."""
