@@ -98,14 +98,13 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
     if length == 0.0:
         return
 
-    push = f"this run's push of {readable(length, 's', 2)}"
     wrong = "AR may be wrong by {:.1g}, late and secondary waves by more"
     report = _part(origin, "reduction")
     if {"pulse", "error_estimate", "tolerance"} <= set(report):
         error, allowed = error_for_pulse(report, length), report["tolerance"]
         if error > EXCEEDED * allowed:
             words = (
-                f"its estimated error is {100.0 * error:.2g} % for {push}, "
+                f"its estimated error is {100.0 * error:.2g} % for this run's push of {readable(length, 's', 2)}, "
                 f"its tolerance {100.0 * allowed:.2g} % for pulses of {readable(report['pulse'], 's', 2)}; "
                 f"{wrong.format(min(REDUCTION_ERROR * error, 1.0))}; reduce(..., pulse={length:.1e}) suits this push"
             )
@@ -123,7 +122,8 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
         elif origin.get("kind") == "from_modes":
             finer = f"modes up to {readable(rounded_up(needed), 'Hz')}"
         words = (
-            f"it resolves waves up to {readable(frequency, 'Hz')}, and {push} excites higher ones; "
+            f"it resolves waves up to {readable(frequency, 'Hz')}, and this run's push of "
+            f"{readable(length, 's', 2)} excites higher ones; "
             f"{wrong.format(min(MESH_ERROR / (length * frequency), 1.0))}; {finer} suits it"
         )
         yield "mesh", 1.0 / (length * frequency), words
@@ -134,8 +134,8 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
         share = float((2.0 * np.pi / length * np.sqrt(wall["mass"] * stiffness) / shear).max())
         if share > SHEARED:
             words = (
-                f"{push} shears the wall by {share:.2g} of its bending, which Kirchhoff's theory leaves out; amplitude "
-                "ratios are wrong; mindlin_plate includes it"
+                f"this run's push of {readable(length, 's', 2)} shears the wall by {share:.2g} of its bending, which "
+                "Kirchhoff's theory leaves out; amplitude ratios are wrong; mindlin_plate includes it"
             )
             yield "shear", share, words
 

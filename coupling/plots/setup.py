@@ -85,7 +85,8 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
             _draw_side(sketch, faced[FIRST][1], start, y, -1.0)
         else:
             _draw_striker(sketch, chain, start, y)
-        top, (place, structure) = y - half, faced.get(LAST, (0, None))
+        row, top = top, y - half - 6.0
+        place, structure = faced.get(LAST, (0, None))
         if structure is None:
             sketch.line([], [], "the last bead faces nothing", linestyle="none")
             continue
@@ -93,8 +94,7 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
         if isinstance(structure, Mapping) and "thickness" in structure and place not in fronts:
             fronts.add(place)
             touching = {point: of for of, end, at, point in contacts if (end, at) == (LAST, place)}
-            top = min(top, _draw_front(sketch, structure, touching, far + 12.0, y, y + half))
-        top -= 6.0
+            top = min(top, _draw_front(sketch, structure, touching, far + 12.0, y, row) - 6.0)
 
     ax = sketch.ax
     ax.set_aspect("equal", anchor="N")

@@ -70,8 +70,6 @@ def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
 MIXED = [
     chain(0.3),
     chain(0.44, hl.LinearDashpot(5.0), gravity=9.81),
-    chain(0.44, hl.PowerDashpot(5.0, 1.7)),
-    chain(0.44, law=hl.laws.PowerLaw(1e8, 1.25)),
     chain(0.44, preload=2.0),
     hl.Chain([hl.Sphere(3e-3, hl.BRASS_360)] * 20, hl.SpringLoaded(BEAD, 1e3, 1e-3, 5e-4)),
 ]

@@ -102,6 +102,7 @@ def test_at_rest_under_a_preload() -> None:
     assert float(motion.von_mises.max()) == pytest.approx(0.62 * pressure, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_a_rigid_outside_has_its_static_fields(run: xr.Dataset) -> None:
     """With modes = 1 a bead is accelerated evenly at every moment: its section bears the mean of both contacts."""
     chain = replace(CHAIN, modes=1)

@@ -232,6 +232,7 @@ def test_a_law_of_yielding_says_whose_strength_it_takes(wall: hl.Material, stren
     assert all("that of PTFE is not known, and that of steel 440C, 1900 MPa, is taken" in one for one in said)
 
 
+@pytest.mark.thorough
 def test_line_contacts_beyond_yield() -> None:
     """p₀ = √(F E*/(π R L)), Johnson 1985, equation 4.45."""
     weak = hl.Material(200e9, 0.3, 7800.0, "weak", 1e6)

@@ -60,7 +60,7 @@ RUNS: dict[str, Callable[[], hl.CoSimulation]] = {
 
 LONG_TO_COMPILE = (
     *("contacts that yield", "beads that vibrate", "structures at both ends", "a dashpot"),
-    *("adaptive windows", "a participant"),
+    *("adaptive windows", "a participant", "a push"),
 )
 
 
