@@ -18,9 +18,6 @@ Its public names are listed in `__init__.pyi`; each is imported when it is first
 from importlib import import_module
 from sys import modules as _modules
 
-from hertzlink import _rooms as _rooms  # before all others: it checks that the packages of hertzlink are its own
-
-# isort: split
 from hertzlink._names import PUBLIC as _PUBLIC
 
 __all__ = sorted(_PUBLIC)

@@ -1,10 +1,31 @@
-"""The public names and the modules that define them, read from the files that type checkers read."""
+"""The public names and where they are defined, read from the files of type checkers; and the packages of hertzlink.
+
+Their names are common: another project may use them too. So an import of hertzlink first checks that it finds its own.
+"""
 
 import ast
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 HOME = Path(__file__).parent
+
+ROOMS = ("structures", "particles", "plates", "coupling")
+"""The packages that hertzlink consists of, apart from its front door."""
+
+
+def check_rooms() -> None:
+    """Raise an ImportError if a package is missing, or if Python finds another package of the same name first."""
+    home = HOME.resolve().parent
+    for room in ROOMS:
+        spec = find_spec(room)
+        places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or []]
+        if home / room not in places:
+            location = "nothing" if spec is None else str(places[0] if places else spec.origin)
+            raise ImportError(
+                f"hertzlink needs its own package {room!r} from {home}, but Python finds {location}; "
+                "rename that package, or remove its folder from sys.path"
+            )
 
 
 def listed_in(file: Path) -> dict[str, str]:
@@ -20,6 +41,7 @@ def listed_in(file: Path) -> dict[str, str]:
     return {name: module for name, module in names.items() if not name.startswith("_")}
 
 
+check_rooms()
 PUBLIC = listed_in(HOME / "__init__.pyi")
 
 

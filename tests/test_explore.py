@@ -11,7 +11,6 @@ import tomllib
 import urllib.request
 import warnings
 from collections.abc import Iterator
-from contextlib import suppress
 from decimal import Decimal
 from http.client import HTTPConnection
 from pathlib import Path
@@ -66,14 +65,6 @@ supports = { left = "clamped" }
 at = ["20 mm", "30 mm"]
 """
 
-BEAM = """kind = "beam"
-length = "20 mm"
-bending_stiffness = "3 N m^2"
-mass_per_length = "0.2 kg/m"
-material = "steel 440C"
-at = "10 mm"
-supports = ["free", "free"]
-"""
 
 SWEEP = """
 [sweep]
@@ -245,36 +236,6 @@ def test_the_page_gets_a_sketch_and_a_case_at_its_values(server: Server) -> None
     assert asked(server, "/case", structure__thickness="1000")[0] == 400
 
 
-def test_the_end_waits_for_the_running_answer(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Afterwards no answer begins: a thread in compiled code that outlives the program ends it badly."""
-    explorer = Explorer(server.explorer.case, server.explorer.sliders)
-    begun, go, events = threading.Event(), threading.Event(), list[str]()
-
-    def slow(case: Any) -> Any:
-        begun.set()
-        go.wait(10.0)
-        events.append("answered")
-        raise RuntimeError("long enough")
-
-    monkeypatch.setattr(explorer, "run", slow)
-
-    def ask() -> None:
-        with suppress(RuntimeError):
-            explorer.answer({})
-
-    asking = threading.Thread(target=ask, daemon=True)
-    asking.start()
-    assert begun.wait(10.0)
-    threading.Timer(0.05, go.set).start()
-    explorer.close()
-    events.append("closed")
-    late = threading.Thread(target=ask, daemon=True)
-    late.start()
-    late.join(0.05)
-    assert late.is_alive()
-    assert events == ["answered", "closed"]
-
-
 def test_the_page_loads_nothing_and_escapes_its_words(server: Server) -> None:
     with urllib.request.urlopen(server.address) as reply:
         page, policy = reply.read().decode(), reply.headers["Content-Security-Policy"]
@@ -343,21 +304,6 @@ def test_moduli_of_layers_have_sliders(tmp_path: Path) -> None:
     name = explorer.sliders[1].name
     soft, hard = (explorer.answer({name: text})["waves"]["primary"]["time_of_flight"] for text in ("0.5", "4"))
     assert soft > hard
-
-
-def test_optional_numbers_that_a_case_states_have_sliders(tmp_path: Path) -> None:
-    stated = BEAM + 'foundation = "20 MN/m^2"\nhighest_frequency = "30 kHz"\n'
-    labels = [[one.label for one in explorer_of(tmp_path, beam).sliders] for beam in (BEAM, stated)]
-    assert [label for label in labels[1] if label not in labels[0]] == ["foundation"]
-    explorer = explorer_of(tmp_path, stated)
-    # Stiffer ground returns more of the wave.
-    soft, hard = (
-        explorer.answer({"structure.foundation": text})["waves"]["primary"]["amplitude_ratio"] for text in ("5", "60")
-    )
-    assert soft < hard
-    losses = '[chain.dissipation]\nkind = "linear_dashpot"\ncoefficient = "4 N s/m"\n'
-    names = [one.name for one in explorer_of(tmp_path, ROD, losses).sliders]
-    assert names[-3:] == ["chain.impact_speed", "chain.dissipation.coefficient", "measure.sensor"]
 
 
 def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:

@@ -88,13 +88,6 @@ def test_the_command_names_an_impostor_too(tmp_path: Path) -> None:
     assert str(tmp_path / "structures.py") in done.stderr
 
 
-@pytest.mark.thorough
-def test_a_folder_without_code_is_an_impostor_only_where_python_finds_it_first(tmp_path: Path) -> None:
-    (tmp_path / "plates").mkdir()
-    done = python("import hertzlink; print('fine')", tmp_path)
-    assert done.stdout.strip() == "fine", done.stderr
-
-
 def test_only_public_names_are_listed() -> None:
     assert dir(hl) == sorted(hl.__all__)
     assert hl.__version__ == version("hertzlink")
@@ -133,12 +126,6 @@ def test_python_adds_no_other_name(tmp_path: Path) -> None:
     assert done.stderr.count("id you mean") == 1, done.stderr
 
 
-@pytest.mark.thorough
-def test_modules_are_still_imported_by_name(tmp_path: Path) -> None:
-    done = python("from hertzlink import cli, studies, Sphere, laws", tmp_path)
-    assert done.returncode == 0, done.stderr
-
-
 def test_the_module_is_the_command(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "hertzlink", "info"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -162,12 +149,6 @@ def test_the_command_takes_one_thread_of_linear_algebra(given: str | None, found
         [sys.executable, "-c", THREADS], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == [found]
-
-
-def test_no_library_of_linear_algebra_is_loaded_before_the_threads_are_set(tmp_path: Path) -> None:
-    code = "import sys, hertzlink.__main__; print([one for one in ('numpy', 'scipy') if one in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 INTERRUPTED = """

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 import numpy as np
 
 from coupling.black_box import Scheme
-from hertzlink._names import HOME, PUBLIC, listed_in
-from hertzlink._rooms import ROOMS
+from hertzlink._names import HOME, PUBLIC, ROOMS, listed_in
 from hertzlink.cases.source import Path
 from particles.bead import ATTRIBUTES, Bead
 from particles.dissipation import Dissipation

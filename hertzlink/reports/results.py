@@ -193,7 +193,8 @@ def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str
 def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     """Return the page of a critical distance, for each combination of the other parameters."""
     page, critical, words = Page("Critical distance"), data.critical_distance, words_of(data.distance)
-    spots = {"on elastic contacts": data} | ({} if yielded is None else {"on a fresh spot": yielded})
+    # A case with a law of its own has one result, whose contacts may yield.
+    spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
     (factor, unit), rows = parameter(data.distance), list[list[str]]()
     for number, place in enumerate(np.ndindex(*critical.shape)):
         at = point_in_words(critical, place)
@@ -207,8 +208,8 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
                 distance, between = f"more than {low:.4g}", "the distances or the record end there"
             elif low <= 0.0:
                 distance = f"less than {distance}"
-            rows.append([*at.values(), spot, distance, between, f"{float(curve.far_value):.4f}"])
-            found.append(f"beyond {distance} {unit} ({between} {unit})" + f" {spot}" * (len(spots) > 1))
+            rows.append([*at.values(), *([spot] * bool(spot)), distance, between, f"{float(curve.far_value):.4f}"])
+            found.append(f"beyond {distance} {unit} ({between} {unit}) {spot}".rstrip())
         what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
         page.sentences.append(f"{what} has no influence {', '.join(found)}{where}.")
         if number < MOST_PICTURES:
@@ -216,7 +217,8 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
             draw = partial(draw_critical, curves)
             page.pictures.append(drawn(name, f"AR over {words}{where}, and the critical distance.", draw))
     parameters = [words_of(critical[name]) for name in critical.dims]
-    head = [*parameters, "contacts", f"critical distance ({unit})", f"between ({unit})", "AR far away"]
+    contacts = ["contacts"] * (yielded is not None)
+    head = [*parameters, *contacts, f"critical distance ({unit})", f"between ({unit})", "AR far away"]
     page.tables.append(Table("Critical distances", head, rows))
     page.sentences += [FRESH_SPOT] * (yielded is not None) + [DEFINED]
     return page
@@ -226,12 +228,12 @@ def draw_critical(curves: dict[str, xr.Dataset], ax: Any) -> None:
     """Draw the runs of each curve over the distance, and the bracket of its critical distance."""
     for colour, (spot, curve) in zip(COLOURS, curves.items(), strict=False):
         factor, unit = parameter(curve.distance)
-        runs, look = curve.isel(distance=curve.sampled.values.astype(bool)), {"color": colour, "label": spot}
+        runs, look = curve.isel(distance=curve.sampled.values.astype(bool)), {"color": colour, "label": spot or "AR"}
         ax.plot(factor * runs.distance, runs.amplitude_ratio, "o-", markersize=4, linewidth=1.1, **look)
         low, high = factor * curve.bracket.values.ravel()
         if np.isfinite([low, high]).all():
-            words = f"critical, {spot}: {low:.4g} to {high:.4g} {unit}"
-            ax.axvspan(low, high, color=colour, alpha=0.35, label=words)
+            words = ", ".join(filter(None, ("critical", spot)))
+            ax.axvspan(low, high, color=colour, alpha=0.35, label=f"{words}: {low:.4g} to {high:.4g} {unit}")
     from_zero(ax)
     styled(ax, label_of(curve.distance), "amplitude ratio AR")
     legend_below(ax)

@@ -1,6 +1,5 @@
 """Reports: whole pages that load nothing, with words for every figure, escaped text, and named faults."""
 
-import json
 import re
 import stat
 import warnings
@@ -18,7 +17,6 @@ from page_parser import check_page
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
-from coupling.results.provenance import as_text, stored
 from hertzlink.reports.page import Page, Table, html
 from hertzlink.reports.report import page_of
 from hertzlink.reports.results import FRESH_SPOT
@@ -146,6 +144,10 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
     (axes,) = page.pictures[0].figure.axes
     assert len({line.get_color() for line in axes.lines}) == 2
     assert [row[:2] for row in page.tables[0].rows] == [["on elastic contacts", "19.46"], ["on a fresh spot", "24.88"]]
+    # One result alone, whose law is the user's own, is not called elastic.
+    alone = page_of(elastic)
+    assert "elastic" not in " ".join([*alone.sentences, *alone.tables[0].head, *alone.tables[0].rows[0]])
+    assert not any("elastic" in text.get_text() for text in alone.pictures[0].figure.axes[0].get_legend().get_texts())
     # Where AR does not settle, and where it is settled at all distances.
     for bracket, words in (([0.03, np.nan], "beyond more than 30 mm"), ([0.0, 0.01], "beyond less than 5 mm")):
         edge = elastic.assign(bracket=("end", bracket), critical_distance=0.005)
@@ -215,24 +217,6 @@ def test_report_of_a_map_says_which_points_differ() -> None:
     assert page.sentences[1] == "12 points: 12 identified."
     assert page.tables[0].rows[-1][:4] == ["110", "0", "1", "2.600 (2.580 to 2.620)"]
     assert page_of(map_of(even)).sentences[0].startswith("All 10 points agree in thickness: 3 mm")
-
-
-@pytest.mark.parametrize(
-    ("beads", "rows"),
-    [
-        (["a"] * 20, [{"count": 20, "bead": "a"}]),
-        (["a", "b", "b", "a"], ["a", {"count": 2, "bead": "b"}, "a"]),
-        ([{"radius": 1}, {"radius": 1.0}], [{"radius": 1}, {"radius": 1.0}]),
-        ([], []),
-    ],
-)
-def test_equal_neighbours_stand_once_in_the_input(beads: list[Any], rows: list[Any]) -> None:
-    given = {"chains": [{"beads": beads, "gravity": 0.0}], "until": 1e-3}
-    text = as_text(given)
-    assert json.loads(text)["chains"][0]["beads"] == rows
-    assert repr(stored(text)) == repr(given)
-    endless = {"chain": {"beads": [{"count": 10**6, "bead": 1}, {"count": 1, "bead": 2}]}}
-    assert stored(json.dumps(endless)) == {}
 
 
 def test_page_escapes_all_text() -> None:
