@@ -71,6 +71,7 @@ from plates.builders import mindlin_plate as mindlin_plate
 from plates.critical_distance import critical_distance_law as critical_distance_law
 from plates.half_plane import half_plane as half_plane
 from plates.half_plane import infinite_plate as infinite_plate
+from plates.impact import critical_distance_bounds as critical_distance_bounds
 from plates.laminate import Laminate as Laminate
 from plates.laminate import OrthotropicMaterial as OrthotropicMaterial
 from plates.laminate import Ply as Ply

@@ -2,7 +2,6 @@
 
 from particles.solitary import UniformChain as UniformChain
 from plates.impact import PlateImpact as PlateImpact
-from plates.impact import critical_distance_bounds as critical_distance_bounds
 from plates.impact import zener_contact_time as zener_contact_time
 from plates.impact import zener_restitution as zener_restitution
 from structures.bodies import layers as _layers

@@ -219,7 +219,7 @@ def critical_distance_bounds(bead: Any, plate: Plate, impact_speed: float) -> tu
     Examples
     --------
     >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> slow, fast = hl.theory.critical_distance_bounds(hl.Sphere(4.76e-3, hl.STEEL_440C), plate, impact_speed=0.31)
+    >>> slow, fast = hl.critical_distance_bounds(hl.Sphere(4.76e-3, hl.STEEL_440C), plate, impact_speed=0.31)
     >>> round(slow * 1e3, 1), round(fast * 1e3, 1)
     (27.8, 79.3)
     """

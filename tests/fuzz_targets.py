@@ -450,7 +450,7 @@ def _plates() -> dict[str, Target]:
                 for name in ("bending", "shear", "mass", "rotary_inertia", "thickness", "struck")
             },
         ),
-        "theory.critical_distance_bounds": Target(hl.theory.critical_distance_bounds, struck),
+        "critical_distance_bounds": Target(hl.critical_distance_bounds, struck),
         "critical_distance_law": Target(hl.critical_distance_law, {**struck, "edge": "clamped", "tolerance": 0.02}),
         "theory.PlateImpact": Target(
             theory.PlateImpact,

@@ -406,7 +406,7 @@ def closed_forms() -> Mapping[str, Any]:
             hl.drop_speed(0.01),
         ],
         "laminates": theory.indentation_modulus(theory.orthotropic_stiffness([9e10] * 3, [0.3] * 3, [4e9] * 3)),
-        "edge": hl.theory.critical_distance_bounds(BEAD, thin, 0.3),
+        "edge": hl.critical_distance_bounds(BEAD, thin, 0.3),
         "law of the edge": hl.critical_distance_law(
             BEAD, hl.kirchhoff_plate(0.5, 0.5, 2e-3, hl.ALUMINIUM_6061, CLAMPED), 0.3
         ),

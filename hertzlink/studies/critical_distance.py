@@ -98,7 +98,7 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
 def law() -> xr.Dataset:
     """Return c(λ) and its bounds for the materials of MAIN, and the thesis's two lines."""
     plates = map(MAIN.plate, LAW_PARAMETERS)
-    bounds = np.array([hl.theory.critical_distance_bounds(MAIN.bead, plate, MAIN.speed) for plate in plates])
+    bounds = np.array([hl.critical_distance_bounds(MAIN.bead, plate, MAIN.speed) for plate in plates])
     lines = bounds / np.array([MAIN.length(p) for p in LAW_PARAMETERS])[:, None]
     axes = {"edge": list(EDGES), "law_inelasticity": LAW_PARAMETERS, "within": list(TOLERANCES)}
     estimates = [by_law(edge, LAW_PARAMETERS) for edge in EDGES]

@@ -63,7 +63,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     data = xr.concat(parts, "diameter", join="outer")
     data["sampled"] = data.sampled.fillna(False).astype(bool)
     beads, thin = map(shared.sphere, DIAMETERS), shared.plate(THICKNESSES[0])
-    bounds = [hl.theory.critical_distance_bounds(bead, thin, SPEED) for bead in beads]
+    bounds = [hl.critical_distance_bounds(bead, thin, SPEED) for bead in beads]
     label = {"units": "m", "long_name": "critical distance, equation 6.42"}
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
 

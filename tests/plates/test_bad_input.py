@@ -105,8 +105,8 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: hl.kirchhoff_plate(0.3, 0.3, 1e-3, STEEL, hl.Supports("clamped", "clamped"), (1, 1)).at(0.1, 0.1),
             "the supports hold every degree of freedom",
         ),
-        (lambda: hl.theory.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
-        (lambda: hl.theory.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
+        (lambda: hl.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
+        (lambda: hl.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
         (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
         (
             lambda: hl.mindlin_panel(hl.Outline([(0, 0), (300, 0), (0, 200)]), 2e-3, MATERIAL).at(50.0, 50.0),

@@ -29,7 +29,7 @@ def test_point_impedance_of_the_thesis_plate() -> None:
 def test_bounds_of_the_critical_distance(diameter: float, expected: tuple[float, float]) -> None:
     """Equation 6.41 of the thesis with v = 0.31 m/s, recomputed independently, in mm."""
     bead = hl.Sphere(diameter / 2.0, hl.STEEL_440C)
-    bounds = np.array(hl.theory.critical_distance_bounds(bead, PLATE, impact_speed=0.31)) * 1e3
+    bounds = np.array(hl.critical_distance_bounds(bead, PLATE, impact_speed=0.31)) * 1e3
     assert bounds == pytest.approx(expected, abs=0.06)
 
 
