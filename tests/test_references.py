@@ -173,11 +173,10 @@ def test_what_is_no_reference_is_refused(run: xr.Dataset, tmp_path: Path) -> Non
 
 
 def test_the_lines_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = (Path(__file__).parent.parent / "docs" / "regression_tests.md").read_text(encoding="utf-8")
-    direct, in_pytest = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    monkeypatch.chdir(tmp_path)
-    exec(direct, {})
-    test: dict[str, Any] = {"__file__": str(tmp_path / "own" / "test_wall.py")}
+    page = (Path(__file__).parent.parent / "docs" / "python.md").read_text(encoding="utf-8")
+    (in_pytest,) = re.findall(r"^```python\n((?:(?!```).)*?def test_wall.*?)^```", page, re.DOTALL | re.MULTILINE)
+    bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    test: dict[str, Any] = {"hl": hl, "bead": bead, "__file__": str(tmp_path / "own" / "test_wall.py")}
     exec(in_pytest, test)
     with pytest.raises(ValueError, match="does not exist; write it with update=True, or with HERTZLINK_UPDATE"):
         test["test_wall"]()

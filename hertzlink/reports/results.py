@@ -38,7 +38,8 @@ DEFINED = (
 
 FRESH_SPOT = (
     "The first tap on a fresh spot dents the metal, which takes energy from the wave: there the values with yielding "
-    "hold. Where earlier taps of the same strength have dented the spot, contacts are elastic."
+    "hold. On a spot that earlier taps of the same strength have dented, a thick body answers as the elastic values "
+    "say. A thin plate does not: the flattened spot is stiffer, and AR stays near that of a fresh spot."
 )
 
 
@@ -204,14 +205,22 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
             curves[spot] = curve = runs.isel(dict(zip(critical.dims, place, strict=True)))
             low, high = factor * curve.bracket.values.ravel()
             distance, between = f"{factor * float(curve.critical_distance):.4g}", f"{low:.4g} to {high:.4g}"
-            if not np.isfinite(high):
-                distance, between = f"more than {low:.4g}", "the distances or the record end there"
+            if np.isnan(curve.far_value):
+                distance, between = "not found", "no reflected wave far away"
+                found.append("has an influence that is not known, as the record ends before the wave comes back")
+            elif not np.isfinite(high):
+                distance, between = f"more than {low:.4g}", "greater distances are needed"
+                found.append(f"still has an influence at {low:.4g} {unit}, so greater distances are needed")
             elif low <= 0.0:
                 distance = f"less than {distance}"
+                found.append(f"has no influence from the smallest distance on, {high:.4g} {unit}")
+            else:
+                found.append(f"has no influence beyond {distance} {unit} ({between} {unit})")
+            found[-1] += f" {spot}" if spot else ""
             rows.append([*at.values(), *([spot] * bool(spot)), distance, between, f"{float(curve.far_value):.4f}"])
-            found.append(f"beyond {distance} {unit} ({between} {unit}) {spot}".rstrip())
         what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
-        page.sentences.append(f"{what} has no influence {', '.join(found)}{where}.")
+        answer = ", and ".join(found).replace(", and has no influence beyond", ", beyond")
+        page.sentences.append(f"{what} {answer}{where}.")
         if number < MOST_PICTURES:
             name = "-".join(["critical-distance", *map(str, place)])
             draw = partial(draw_critical, curves)

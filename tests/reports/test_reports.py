@@ -148,10 +148,14 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
     alone = page_of(elastic)
     assert "elastic" not in " ".join([*alone.sentences, *alone.tables[0].head, *alone.tables[0].rows[0]])
     assert not any("elastic" in text.get_text() for text in alone.pictures[0].figure.axes[0].get_legend().get_texts())
-    # Where AR does not settle, and where it is settled at all distances.
-    for bracket, words in (([0.03, np.nan], "beyond more than 30 mm"), ([0.0, 0.01], "beyond less than 5 mm")):
-        edge = elastic.assign(bracket=("end", bracket), critical_distance=0.005)
-        assert words in page_of(edge).sentences[0]
+    # Where AR does not settle, where it is settled at all distances, and where the record is too short.
+    for bracket, far, words in (
+        ([0.03, np.inf], 0.5, "still has an influence at 30 mm, so greater distances are needed"),
+        ([0.0, 0.01], 0.5, "has no influence from the smallest distance on, 10 mm"),
+        ([0.0, np.inf], np.nan, "has an influence that is not known, as the record ends before the wave comes back"),
+    ):
+        edge = elastic.assign(bracket=("end", bracket), critical_distance=0.005, far_value=far)
+        assert page_of(edge).sentences[0] == f"The edge {words}."
 
 
 def test_report_of_a_batch_and_of_a_signal(tmp_path: Path) -> None:
