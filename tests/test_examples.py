@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
-from hertzlink.__main__ import main
+from hertzlink.cli import main
 
 GALLERY = Path(__file__).parent.parent / "examples"
 
