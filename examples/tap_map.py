@@ -44,8 +44,10 @@ def read(file: Path) -> xr.Dataset:
 
 
 def answer(signal: xr.Dataset, point: Any) -> Any:
-    ranges = {"thickness": (1e-3, 6e-3), "distance": (5e-3, 0.1), "impact_speed": (0.2, 0.5)}
-    return hl.identify(signal, build, ["impact_speed", "gain", "time_zero"], until=UNTIL, **ranges)
+    nuisances = ["impact_speed", "gain", "time_zero"]
+    return hl.identify(
+        signal, build, nuisances, until=UNTIL, thickness=(1e-3, 6e-3), distance=(5e-3, 0.1), impact_speed=(0.2, 0.5)
+    )
 
 
 side = int(sys.argv[1]) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 2

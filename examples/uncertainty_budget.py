@@ -5,6 +5,7 @@
 
 import sys
 from dataclasses import replace
+from typing import Any
 
 import matplotlib.pyplot as plt
 
@@ -22,7 +23,7 @@ def build(
     return hl.CoSimulation(chain, hl.half_plane(thickness, metal, "clamped", distance, until=0.7e-3))
 
 
-tolerances = {  # standard uncertainties, as shops and data sheets state them
+tolerances: dict[str, Any] = {  # standard uncertainties, as shops and data sheets state them
     "distance": "0.5 mm",
     "thickness": "0.02 mm",
     "bead_radius": "2 um",
