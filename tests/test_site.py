@@ -3,7 +3,6 @@
 import re
 import tomllib
 from pathlib import Path
-from types import SimpleNamespace
 
 import matplotlib
 import pytest
@@ -88,21 +87,6 @@ def test_links_and_files_of_a_page_are_there(page: Path) -> None:
         assert link.startswith(("gallery/", "reference/")) or (DOCS / link).exists(), link
     for file in re.findall(r"`((?:tests|benchmarks|examples|plates|hertzlink)/[\w/]+\.\w+)`", text):
         assert (ROOT / file).is_file(), file
-
-
-def test_a_page_that_the_index_does_not_list_is_added(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.syspath_prepend(str(DOCS / "site"))
-    import gallery_pages
-
-    for page in ("index", "listed", "new"):
-        (tmp_path / f"{page}.md").write_text("")
-    source = ["listed\n[a wall](../examples/wall.py), [how fast](../benchmarks/README.md)"]
-    gallery_pages.link(SimpleNamespace(srcdir=tmp_path), "index", source)
-    assert "[a wall](gallery/wall.rst), [how fast](benchmarks.md)" in source[0]
-    added = source[0].split("```{toctree}")[1].split()
-    assert "new" in added
-    assert "listed" not in added
-    assert "index" not in added
 
 
 def test_the_gallery_knows_its_examples(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -154,19 +154,11 @@ def store(example: Path) -> None:
 
 
 def link(app: Any, name: str, source: list[str]) -> None:
-    """Pages of the sources lead to files of the repository; on the site the same links lead to its pages.
-
-    A page that the index does not list yet is added to it.
-    """
+    """Pages of the sources lead to files of the repository; on the site the same links lead to its pages."""
     depth = "../" * name.count("/")
     text = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", rf"]({depth}gallery/\1.rst)", source[0])
     text = text.replace("](../examples/README.md)", f"]({depth}gallery/index.rst)")
     source[0] = text.replace("](../benchmarks/README.md)", f"]({depth}benchmarks.md)")
-    if name == "index":
-        listed = set(source[0].split())
-        more = sorted(path.stem for path in Path(app.srcdir).glob("*.md") if path.stem not in {*listed, name})
-        if more:
-            source[0] += "\n".join(["\n```{toctree}", ":caption: More", ":maxdepth: 1", "", *more, "```\n"])
 
 
 if __name__ == "__main__":

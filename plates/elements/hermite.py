@@ -30,7 +30,7 @@ from structures.structure import Vector
 # Which of deflection and slope each kind of end holds.
 HELD = {"clamped": (0, 1), "simple": (0,), "soft simple": (0,), "symmetry": (1,), "free": ()}
 # Cells per shortest wavelength at the contact, and far from it, where only slower waves matter. On the thesis's plates
-# amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plate_meshes.py).
+# amplitude ratios are within 0.4 % of those of 24 and 3 cells.
 FINEST, COARSEST = 12.0, 1.7
 GROWTH = 0.3  # Increase of the size of a cell over its neighbour nearer to the contact
 GAUSS = np.polynomial.legendre.leggauss(4)  # Four points integrate products of cubic functions exactly
