@@ -1,4 +1,4 @@
-"""Good calls of the whole public API, as cheap as they come: tests/fuzz.py spoils their arguments."""
+"""Good calls of the public API but plots, as cheap as they come: tests/fuzz.py spoils their arguments."""
 
 from collections.abc import Callable, Mapping
 from functools import cache, wraps
@@ -11,8 +11,7 @@ import xarray as xr
 from fuzz import Target
 
 import hertzlink as hl
-from coupling.inference.identification import Identification
-from hertzlink import damping, laws, plots, stepping, theory
+from hertzlink import damping, laws, stepping, theory
 from plates.section import homogeneous_section
 
 STEEL, BRASS = hl.STEEL_440C, hl.BRASS_360
@@ -52,11 +51,6 @@ def tap(path: Path) -> xr.Dataset:
 
 
 @cache
-def mapped() -> xr.Dataset:
-    return hl.map_taps([{"x": 0.0, "y": 0.0, "files": [folder() / "scope.csv"]}], tap, jobs=1)
-
-
-@cache
 def record() -> xr.Dataset:
     """A run long enough for a reflected wave at bead 3."""
     return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, 0.3), WALL).run(until=2.5e-4)
@@ -68,11 +62,6 @@ def simulation(**given: Any) -> hl.CoSimulation:
 
 def run(chain: Any) -> xr.Dataset:
     return hl.CoSimulation(chain, WALL).run(until=UNTIL)
-
-
-def onto(structure: Any) -> Any:
-    """The structure in a run, and its numbers."""
-    return [structure.mass, structure.stiffness, stepping.MovingStructure(structure).advance_once()]
 
 
 def push(structure: hl.Structure) -> Any:
@@ -122,22 +111,10 @@ def against(speed: Any = 0.3) -> hl.CoSimulation:
 
 
 @cache
-def moving_body() -> tuple[xr.Dataset, hl.Structure, xr.Dataset]:
-    steel = [hl.Layer(STEEL, 20e-3, 9.5e-3)]
-    body = hl.reduce(hl.layered_cylinder(steel, patch_radius=3e-3, cells=1), until=5e-5, keep_field=True)
-    run = hl.CoSimulation(CHAIN, body).run(until=5e-5)
-    return run, body, plots.motion(run, body, times=[2e-5, 4e-5])
-
-
-@cache
 def tapped() -> xr.Dataset:
-    """A signal of three beads."""
-    return hl.as_signal(*_tapped())
-
-
-def _tapped() -> tuple[Any, dict[int, Any]]:
+    """A signal of bead 2."""
     run = against(0.3).run(until=1e-4, save_every=1e-6)
-    return run.time, {2: hl.sensor_force(run, 2)}
+    return hl.as_signal(run.time, {2: hl.sensor_force(run, 2)})
 
 
 def mesh() -> Any:
@@ -510,7 +487,6 @@ def _measures() -> dict[str, Target]:
     signal = {"time": TIMES, "forces": {7: pulse(50.0, 1e-4) + pulse(30.0, 3e-4)}, "positions": {7: 0.05}}
     ratio = xr.DataArray([0.9, 0.6, 0.5, 0.5], dims="distance", coords={"distance": [0.01, 0.02, 0.03, 0.1]})
     ratios = (ratio * np.nan, ratio.rename(distance="x"), ratio[:1], ratio[::-1], ratio.drop_vars("distance"))
-    moved, body, motion = moving_body()
     shaken = hl.CoSimulation(DEFORMABLE, None).run(until=1e-5)
     datasets = (
         *(run.isel(time=slice(0, 1)), run.isel(time=slice(0, 0)), run.isel(time=slice(None, None, -1)), run * np.nan),
@@ -626,66 +602,7 @@ def _measures() -> dict[str, Target]:
             LONG,
             infinite=True,
         ),
-        "plots.motion": Target(
-            plots.motion,
-            {"run": shaken, "body": DEFORMABLE, "times": [5e-6], "beads": [1], "structure": None, "behind": None},
-            None,
-            {**of_run, "body": (body,), "beads": ([0], [99], [1, 1], HUGE[0])},
-            infinite=True,
-        ),
-        **_plots(),
-        "plots.write_vtu": Target(plots.write_vtu, {"motion": motion, "folder": "vtu"}),
-        "plots.picture": Target(
-            plots.picture,
-            {"motion": motion, "path": "body.png", "time": 2e-5, "show": "von_mises", "factor": 10.0, "run": moved},
-        ),
     }
-
-
-@cache
-def identified() -> Identification:
-    guess = {"speed": 0.3}
-    return hl.identify(against(0.3).run(2e-4), against, sensors=[2], nuisances=[], guess=guess, speed=(0.2, 0.5))
-
-
-def _plots() -> dict[str, Target]:
-    run, found = record(), identified()
-    of_run: dict[str, Any] = {"run": (run.drop_vars("velocity"), run.isel(time=[0, 1]), tapped(), xr.Dataset())}
-    swept = xr.Dataset({"amplitude_ratio": ("length", [0.5, np.nan])}, {"length": [0.1, 0.2]})
-    return {
-        "plots.traces": Target(plots.traces, {"run": run, "sensors": [3], "ax": None, "spreads": None}, closed, of_run),
-        "plots.contact_map": Target(plots.contact_map, {"run": run, "ax": None}, closed, of_run),
-        "plots.energy": Target(plots.energy, {"run": run, "ax": None}, closed, of_run),
-        "plots.setup": Target(plots.setup, {"run": run, "ax": None}, closed, of_run),
-        "plots.swept": Target(
-            plots.swept,
-            {
-                **{"runs": swept, "sensor": 3, "measure": "amplitude_ratio", "over": "length", "wave": "primary"},
-                "ax": None,
-            },
-            closed,
-            {"runs": of_run["run"]},
-        ),
-        "plots.identified": Target(
-            plots.identified, {"found": found, "show": "residual", "sensor": 2, "ax": None}, closed
-        ),
-        "plots.mapped": Target(
-            plots.mapped, {"taps": mapped(), "unknown": "AR at bead 7", "show": "value", "ax": None}, closed
-        ),
-        "plots.report": Target(
-            plots.report,
-            {"result": tapped(), "path": "tap.html", "title": "tap", "sensors": [2], "setup": against(), "took": 1.0},
-            None,
-            {"result": (*of_run["run"], found)},
-        ),
-    }
-
-
-def closed(ax: Any) -> None:
-    """The figure of a plot is not kept."""
-    from matplotlib import pyplot
-
-    pyplot.close("all")
 
 
 def _formulas() -> dict[str, Target]:

@@ -32,7 +32,7 @@ CHEAP = (
 ROOMS = ("theory.", "Sphere", "HollowSphere", "Cylinder")
 """Beginnings of the names of closed forms."""
 
-ELSEWHERE = {
+ELSEWHERE = {  # and plots, whose tests have tables of bad calls
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "damping.Viscous"),
     "stepping.StructureState",
@@ -69,7 +69,7 @@ def test_every_public_name_is_a_target() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         covered = {name.split(",")[0].split(" ")[0] for name in targets()}
-    assert set(PUBLIC) - covered == ELSEWHERE
+    assert {name for name in PUBLIC if not name.startswith("plots.")} - covered == ELSEWHERE
 
 
 def test_a_raw_error_is_a_fault() -> None:
