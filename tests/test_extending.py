@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 from coupling.results.provenance import stored
-from hertzlink.__main__ import main
 from hertzlink.cases import case as cases
 from hertzlink.cases.case import read
 from hertzlink.cases.tasks import task_of
+from hertzlink.cli import main
 from hertzlink.explore.sliders import sliders_of, start_of
 from structures import described
 

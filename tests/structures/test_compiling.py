@@ -78,6 +78,7 @@ def printed(sources: Path, tmp_path: Path) -> Callable[..., tuple[list[float], b
         (sources / f"{name.replace('.', '/')}.py").write_text(law)
         (sources / "main.py").write_text(MAIN.format(law=name, before=before))
         ours = {"NUMBA_CACHE_DIR": str(tmp_path / "kept"), "NUMBA_DEBUG_CACHE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+        ours["PYTHONSAFEPATH"] = ""  # the copies lie beside the script
         done = subprocess.run(
             [sys.executable, sources / "main.py", *words],
             env=os.environ | ours | settings, capture_output=True, text=True, check=True,
@@ -96,7 +97,7 @@ def kept(sources: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("kept")
     done = subprocess.run(
         [sys.executable, sources / "main.py"],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(folder)}, capture_output=True, text=True, check=True,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(folder), "PYTHONSAFEPATH": ""}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stderr.startswith(COMPILES)
     return folder
