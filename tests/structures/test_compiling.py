@@ -97,7 +97,8 @@ def kept(sources: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("kept")
     done = subprocess.run(
         [sys.executable, sources / "main.py"],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(folder), "PYTHONSAFEPATH": ""}, capture_output=True, text=True, check=True,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(folder), "PYTHONSAFEPATH": ""},
+        capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stderr.startswith(COMPILES)
     return folder
