@@ -118,8 +118,8 @@ def run(name: str, case: "Case", output: Path | None, force: bool, jobs: int | N
     AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
     sensor.
     """
-    from hertzlink.cases.tables import report, run_both
-    from hertzlink.cases.tasks import task_of
+    from hertzlink.cases.tables import report
+    from hertzlink.cases.tasks import run_both, task_of
 
     task = task_of(case)
     folder = output or Path(Path(name).stem)
@@ -179,10 +179,10 @@ def write_results(
     return done.code
 
 
-@cli.command(short_help="Check a case without running it; estimate its time.")
+@cli.command(short_help="Check a case without running it.")
 @of_case
 def check(name: str, case: "Case") -> None:
-    """Check a case without running it. Prints what would be run, and an estimate of the time that it takes."""
+    """Check a case without running it. Prints what would be run, and warnings about its first structures."""
     from hertzlink.cases.check import outlook
     from hertzlink.cases.tasks import task_of
 

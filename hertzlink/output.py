@@ -31,10 +31,7 @@ format_of_python = warnings.formatwarning
 
 def printable(text: str) -> str:
     """Return text with control characters as Python writes them: a terminal may take those of a file for commands."""
-    return "".join(
-        character if character.isprintable() or character in "\n\t" else character.encode("unicode_escape").decode()
-        for character in text
-    )
+    return "".join(one if one.isprintable() or one in "\n\t" else one.encode("unicode_escape").decode() for one in text)
 
 
 def fitted(text: str, stream: IO[str]) -> str:
@@ -42,9 +39,11 @@ def fitted(text: str, stream: IO[str]) -> str:
     text = printable(text)
     if not stream.isatty():
         return text
-    settings = {"subsequent_indent": "  ", "break_long_words": False, "break_on_hyphens": False}
     width = shutil.get_terminal_size().columns
-    return "\n".join(fill(line, width, **settings) for line in text.splitlines())  # type: ignore[arg-type]
+    return "\n".join(
+        fill(line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+        for line in text.splitlines()
+    )
 
 
 def say(text: str) -> None:
@@ -132,6 +131,13 @@ def temporary_beside(path: Path) -> Path:
     return path.with_name(f".{path.name[:40]}.{token_hex(8)}.part")
 
 
+def deliver(folder: Path, write: Callable[[Path], None], force: bool, text: str) -> None:
+    """Write a folder, show a text, and say where the files are: the folder on one line, which can be copied."""
+    write_folder(folder, write, force)
+    show(f"{text}\n\nwritten to {folder.resolve()}:")
+    say(", ".join(sorted(path.name for path in folder.iterdir())))
+
+
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
     """Write all files into a temporary folder, then rename it. The folder thus appears complete, or not at all.
 
@@ -147,7 +153,7 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
             lines = [f"{sum_of(path)}  {path.name}\n" for path in sorted(new.iterdir())]
             (new / LISTING).write_text("".join(lines), encoding="utf-8")
         except OSError as error:
-            raise OSError(error.errno, f"{error.strerror or error}; nothing was changed", str(folder)) from error
+            raise unchanged(error, folder) from error
 
         foreign = ["the results of another command"] if folder.exists() and not force else []
         if folder.exists() and force:
@@ -167,13 +173,6 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         shutil.rmtree(new, ignore_errors=True)
 
 
-def deliver(folder: Path, write: Callable[[Path], None], force: bool, text: str) -> None:
-    """Write a folder, show a text, and say where the files are: the folder on one line, which can be copied."""
-    write_folder(folder, write, force)
-    show(f"{text}\n\nwritten to {folder.resolve()}:")
-    say(", ".join(sorted(path.name for path in folder.iterdir())))
-
-
 def write_file(path: Path, content: bytes) -> None:
     """Write a file whole, or leave what was there."""
     new = temporary_beside(path)
@@ -183,7 +182,11 @@ def write_file(path: Path, content: bytes) -> None:
             new.chmod(stat.S_IMODE(path.stat().st_mode))
         new.replace(path)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise OSError(error.errno, f"{reason}; nothing was changed", str(path)) from error
+        raise unchanged(error, path) from error
     finally:
         new.unlink(missing_ok=True)
+
+
+def unchanged(error: OSError, path: Path) -> OSError:
+    """Return an error of writing a file or folder that says of it that it is as it was."""
+    return OSError(error.errno, f"{error.strerror or error}; nothing was changed", str(path))

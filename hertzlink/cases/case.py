@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from math import inf
 from pathlib import Path as File
@@ -17,9 +17,9 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
 from coupling.results.missing_waves import UNTIL
-from hertzlink.cases.forms import form_of, items_of
+from hertzlink.cases.forms import OF_MATERIAL, form_of
 from hertzlink.cases.parts import Identify, Measure, Sections
-from hertzlink.cases.reader import Call, Context, step
+from hertzlink.cases.reader import Call, Context
 from hertzlink.cases.reader import read as read_value
 from hertzlink.cases.source import Fault, Path, Source, as_toml, entry, parsed, put, read_source, written
 from plates.plate import Plate, are_meshed
@@ -38,8 +38,6 @@ YIELDING = 'law = { kind = "jackson_green" } for the chain'
 STORED = 8
 """Structures that are kept for the next run: those of a sweep often differ in the chain alone."""
 
-_STRUCTURES: dict[str, Any] = {}
-
 _LOADED: dict[str, bytes] = {}
 """Files of --with that were run, by path: one that did not change runs once in each process."""
 
@@ -52,19 +50,16 @@ class Case:
     ----------
     data : dict
         The sections, as tomllib reads them.
-    folder : Path
-        The folder from which files that the case names are found.
     parts : tuple of Path
         Files of Python that describe parts which the case uses.
     """
 
     data: dict[str, Any]
-    folder: File = field(default_factory=File)
     parts: tuple[File, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process reads it again: described parts have no module to be found in.
-        return Case, (self.data, self.folder, self.parts)
+        return Case, (self.data, self.parts)
 
     @cached_property
     def tree(self) -> Call:
@@ -78,16 +73,10 @@ class Case:
                     path = *path, next(iter(inner))
                 if len(path) > 1 and "." not in key:
                     raise Fault((*section, key), f'a path belongs in quotes: "{written(path)}" = …')
-
         # Materials first: other sections name them.
-        context = Context(self.folder)
-        materials = self.data.get("materials")
-        parameter, _ = items_of(form_of(Sections).entries["materials"].type)
-        for name, table in materials.items() if isinstance(materials, dict) else ():
-            if not isinstance(table, dict):
-                raise Fault(("materials", name), "must be a table of the properties of a material")
-            context.materials[name] = read_value(table, parameter, ("materials", name), context)
-        tree: Call = read_value(dict(self.data), Parameter("", Sections, (), None, False), (), context)
+        data = {name: self.data[name] for name in ("materials",) if name in self.data} | self.data
+        context = Context()
+        tree: Call = read_value(data, Parameter("", Sections, (), None, False), (), context)
         context.until = tree.entries["run"].entries["until"]
         return tree
 
@@ -123,21 +112,26 @@ class Case:
 
     def value(self, path: Path) -> Any:
         """Return the checked value (SI) at a path, or a property of a named material; None where there is none."""
-        at: Any = self.tree
-        for part in path:
-            at = step(at, part)
-        return at
+        return self._look(path)[0]
 
     def parameter(self, path: Path) -> Parameter | None:
         """Return the parameter that the entry at a path is, or is a number of."""
+        return self._look(path)[1]
+
+    def _look(self, path: Path) -> tuple[Any, Parameter | None]:
         at: Any = self.tree
         parameter = None
         for part in path:
-            if isinstance(at, Call | Material):
-                form = at.form if isinstance(at, Call) else form_of(Material)
-                parameter = form.entries.get(str(part))
-            at = step(at, part)
-        return parameter
+            if isinstance(at, OF_MATERIAL):
+                at, parameter = getattr(at, str(part), None), form_of(Material).entries.get(str(part))
+            elif isinstance(at, Call):
+                parameter = at.form.entries.get(str(part))
+                at = getattr(at.made, str(part), None) if at.inherits(part) else at.entries.get(str(part))
+            elif isinstance(at, list | tuple):
+                at = at[part] if isinstance(part, int) and part < len(at) else None
+            else:
+                at = at.get(part) if isinstance(at, Mapping) else None
+        return at, parameter
 
     def changed(self, changes: Mapping[Any, Any]) -> "Case":
         """Return the same case with other values, by their paths as text or parts: {"structure.thickness": "1 mm"}."""
@@ -154,14 +148,14 @@ class Case:
         return "".join(lines) + as_toml(self.data)
 
     @contextmanager
-    def located(self) -> Iterator[None]:
-        """Turn messages that name an entry of the section [run] into its Faults."""
-        run: Call = self.tree.entries["run"]
+    def located(self, section: str = "run") -> Iterator[None]:
+        """Turn messages that name an entry of a section into its Faults."""
+        call: Call = self.tree.entries[section]
         try:
             yield
         except ValueError as error:
-            fault = run.fault(str(error))
-            raise fault if fault.path != run.path else error from error
+            fault = call.fault(str(error))
+            raise fault if fault.path != call.path else error from error
 
     def run(self, simulation: CoSimulation | None = None) -> xr.Dataset:
         """Run it, without its sweep. simulation: that of the case, where it is built already."""
@@ -176,39 +170,30 @@ class Case:
             _ = material.made
         calls, bodies, run = new.all("chain"), new.all("structure"), new.tree.entries["run"]
         chains = [call.made for call in calls]
-        points = [points_of(body) for body in bodies]
+        points = [(number, point) for number, body in enumerate(bodies) for point in range(points_of(body))]
+        free = list(points)
         built = [structure_of(body, run) for body in bodies]
-        taken: set[tuple[int, int]] = set()
-
-        def contact(path: Path, number: int, point: int) -> Any:
-            """Return the contact point of a structure that no other chain has; the structure where it has one point."""
-            if number >= len(bodies):
-                raise Fault((*path, "structure"), f"{number} is no structure of {len(bodies)}, counted from 0")
-            if point >= points[number]:
-                reason = f"{point} is no contact point of {points[number]}, counted from 0; give the structure more"
-                raise Fault((*path, "point"), reason)
-            body = built[number]
-            if (number, point) in taken and body is not None:
-                reason = "is the contact point of another chain; give each its own, as in at = [[...], [...]]"
-                raise Fault(path, reason)
-            taken.add((number, point))
-            return ContactPoint(body, point) if points[number] > 1 and body is not None else body
 
         def seat(number: int, end: str) -> Any:
-            """Return what an end of a chain touches."""
-            path = (*calls[number].path, end)
-            if end in calls[number].entries:
-                place = calls[number].entries[end].made
-                return contact(path, place.structure, place.point)
-            # By default the points of one structure in their order, or one structure for each chain.
-            if end == "behind":
+            """Return what an end of a chain touches: a contact point, or the structure where it has no other one."""
+            path, stated = (*calls[number].path, end), calls[number].entries.get(end)
+            if stated is not None:
+                at = stated.made.structure, stated.made.point
+            elif end == "behind":
                 return None
-            if points == [len(calls)]:
-                return contact(path, 0, number)
-            if points == [1] * len(calls):
-                return contact(path, number, 0)
-            many = f"{count_of(len(bodies), 'structure')} with {count_of(sum(points), 'contact point')}"
-            raise Fault(path, f"is missing; there are {many}, so give one, such as {{ structure = 0, point = 0 }}")
+            elif len(points) == len(calls):
+                at = points[number]
+            else:
+                many = f"{count_of(len(bodies), 'structure')} with {count_of(len(points), 'contact point')}"
+                raise Fault(path, f"is missing; there are {many}, so give one, such as {{ structure = 0, point = 0 }}")
+            if at not in points:
+                every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
+                raise Fault(path, f"there is no contact point {at[1]} of a structure {at[0]}; take one of {every}")
+            body = built[at[0]]
+            if at not in free and body is not None:
+                raise Fault(path, "is the contact point of another chain; give each its own, as in at = [[...], [...]]")
+            free[:] = [point for point in free if point != at]
+            return ContactPoint(body, at[1]) if points_of(bodies[at[0]]) > 1 else body
 
         faced, behind = ([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))
         given: tuple[Any, Any, Any] = chains, faced, behind
@@ -230,22 +215,29 @@ def points_of(structure: Call) -> int:
     return len(at) if isinstance(at, list) else 1 + (structure.entries.get("base") == "contact")
 
 
+@dataclass(frozen=True)
+class _Keyed:
+    """A structure to be built, by the text of all that it depends on."""
+
+    key: str
+    body: Call = field(compare=False)
+    run: Call = field(compare=False)
+
+
 def structure_of(body: Call, run: Call) -> Any:
     """Return a structure, damped, and reduced where it is large; the last ones are kept."""
     if not are_meshed():
-        return _structure(body, run)
+        return _built.__wrapped__(_Keyed("", body, run))
     noted = {name for name, one in body.form.entries.items() if any(isinstance(note, InFile) for note in one.notes)}
     times = [File(value).stat().st_mtime_ns for name, value in body.entries.items() if name in noted]
     # Two equal structures of one case are two bodies.
     key = repr((body.path, body, body.context.until, run.entries.get("reduce"), fineness(), times))
-    if key not in _STRUCTURES:
-        _STRUCTURES[key] = _structure(body, run)
-        for old in list(_STRUCTURES)[:-STORED]:
-            del _STRUCTURES[old]
-    return _STRUCTURES[key]
+    return _built(_Keyed(key, body, run))
 
 
-def _structure(body: Call, run: Call) -> Any:
+@lru_cache(STORED)
+def _built(what: _Keyed) -> Any:
+    body, run = what.body, what.run
     structure = body.made
     if isinstance(structure, Plate):
         at = body.entries["at"]
@@ -292,7 +284,7 @@ def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] 
     parts: files of Python that describe parts which the case uses; their code runs.
     """
     source = read_source(path, changes)
-    case = Case(source.data, source.folder, parts)
+    case = Case(source.data, parts)
     try:
         _ = case.tree
     except Fault as fault:

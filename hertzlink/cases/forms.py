@@ -7,12 +7,12 @@ from dataclasses import dataclass, is_dataclass, replace
 from functools import cache
 from importlib import import_module
 from types import NoneType
-from typing import Any, NamedTuple, Union, get_args, get_origin
+from typing import Any, NamedTuple, get_args, get_origin
 
 import numpy as np
 
 from coupling.black_box import Scheme
-from hertzlink._names import HOME, PUBLIC, ROOMS, listed_in
+from hertzlink._names import HOME, ROOMS, listed_in, namespaces
 from hertzlink.cases.source import Path
 from particles.bead import ATTRIBUTES, Bead
 from particles.dissipation import Dissipation
@@ -27,9 +27,6 @@ from structures.described import Described, Parameter, description, noted, of_fa
 from structures.material import Material
 from structures.quantities import Asks, Quantity
 from structures.structure import Structure
-
-WITHOUT_NAME = ("particles.laws.axisymmetric",)
-"""Modules of parts without a public name: the law that `computed_law` returns."""
 
 TAGS: dict[type, str] = {Bead: "shape"} | dict.fromkeys(
     (Structure, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw), "kind"
@@ -182,9 +179,7 @@ def of_hint(hint: Any) -> Parameter:
 
 def alternatives(parameter: Parameter) -> list[tuple[Any, tuple[Any, ...]]]:
     """Return the types that a parameter may have, each with its notes."""
-    if get_origin(parameter.type) is not Union:
-        return [(parameter.type, parameter.notes)]
-    return [pair for member in get_args(parameter.type) for pair in alternatives(of_hint(member))]
+    return parameter.members or [(parameter.type, parameter.notes)]
 
 
 def is_array(kind: Any) -> bool:
@@ -235,15 +230,8 @@ def example_of(quantity: Quantity) -> str:
     return f"{quantity.example} {quantity.unit_in_files}".strip() if plain else quantity.example
 
 
-def _describing() -> list[str]:
-    """Return the modules of public names that describe parts, by their sources: to import all would load all."""
-    spaces = [listed_in(HOME / f"{name}.py") for name, module in PUBLIC.items() if module == "hertzlink"]
-    modules = {module for names in (PUBLIC, *spaces) for module in names.values()}
-    files = {name: (HOME.parent / name.replace(".", "/")).with_suffix(".py") for name in sorted(modules)}
-    inside = {name: file for name, file in files.items() if name.partition(".")[0] in ROOMS and file.is_file()}
-    uses = "from structures.described import"
-    return [*(name for name, file in inside.items() if uses in file.read_text("utf-8")), *WITHOUT_NAME]
-
-
-for _module in _describing():
-    import_module(_module)
+# To import a module describes its parts. Names are read from the files of type checkers: to import all would load all.
+for _file in (HOME / "__init__.pyi", *(HOME / f"{name}.py" for name in namespaces())):
+    for _module in sorted(set(listed_in(_file).values())):
+        if _module.partition(".")[0] in ROOMS[:3]:
+            import_module(_module)

@@ -1,12 +1,12 @@
 """The section [identify] of a case: its question, its measured signal, the fit, and what is written of it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path as File
 from typing import Any
 
-import numpy as np
+import pandas as pd
 import xarray as xr
 
 from coupling.inference.identification import Identification
@@ -15,20 +15,17 @@ from coupling.inference.misfit import OF_SENSORS
 from coupling.inference.prediction import FROM_IMPACT
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
+from hertzlink.cases.axes import path_of, si_value, unit_at
 from hertzlink.cases.case import Build, Case, of_case
 from hertzlink.cases.parts import Identify
-from hertzlink.cases.reader import Call
 from hertzlink.cases.source import Fault, Path, parsed, written
 from hertzlink.cases.tables import Answer, Table
-from hertzlink.cases.tasks import path_of, sensors_of, si_value, unit_at
+from hertzlink.cases.tasks import count_of_beads
 from structures.caution import collected
-from structures.material import Material
+from structures.checks import existing
 
 WIDE = 2.0
 """The range of a nuisance without one: from its value over this factor to its value times it."""
-
-MOST_NAMES = 20
-"""Paths that a message lists."""
 
 MOST_ELEMENTS = 400
 """Elements of a layer whose mesh is the same for all values."""
@@ -60,39 +57,24 @@ def question_of(case: Case) -> Question:
     if asked is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
     case.only_chain("an identification")
-    sensors, unknowns = "{ 7 = 1 } for bead 7 in column 1", '{ "structure.thickness" = ["1 mm", "6 mm"] }'
-    for section, example in (("sensors", sensors), ("unknowns", unknowns)):
-        if not getattr(asked, section):
-            raise Fault(("identify", section), f"is empty; write {example}")
+    count = count_of_beads(case, 0)
     for name in asked.sensors:
-        place: Path = ("identify", "sensors", name)
-        if not name.isdigit():
-            raise Fault(place, f'"{name}" is no bead; write {sensors}')
-        try:
-            sensors_of(case.changed({"measure": {"sensor": int(name)}}), case)
-        except Fault as fault:
-            raise Fault(place, fault.reason) from None
+        if not name.isdigit() or not 1 <= int(name) <= count:
+            reason = f'"{name}" is no bead of 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
+            raise Fault(("identify", "sensors", name), reason)
 
     ranges: dict[str, tuple[float, float]] = {}
     units: dict[str, tuple[str, float]] = {}
-    nuisances = []
-    for key, texts in asked.unknowns.items():
-        place = ("identify", "unknowns", key)
+    for key, ends in asked.unknowns.items():
+        place: Path = ("identify", "unknowns", key)
         path = path_of(key, place)
-        held, parameter = case.value(path), case.parameter(path)
-        not_given = held is None and parameter is not None and parameter.name == path[-1]
-        if not isinstance(held, int | float) and not not_given:
-            section = str(path[0])
-            names = [written(one) for one in _numbers(case.tree.entries.get(section), (section,))]
-            more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-            listed = f"[{section}] has {', '.join(names[:MOST_NAMES]) or 'none'}{more}"
-            raise Fault(place, f'"{written(path)}" is no number of this case; {listed}')
-        low, high = (si_value(case, path, text, (*place, i)) for i, text in enumerate(texts))
+        low, high = (si_value(case, path, end, (*place, i)) for i, end in enumerate(ends))
         if not isinstance(low, int | float) or not isinstance(high, int | float) or low >= high:
-            raise Fault(place, "the lowest value comes first, and the highest must be above it")
+            raise Fault(place, "must have two numbers, the lowest and the highest value")
         if written(path) in ranges:
             raise Fault(place, f'"{key}" is given twice')
-        ranges[written(path)], units[written(path)] = (float(low), float(high)), unit_at(case, path, texts)[:2]
+        ranges[written(path)], units[written(path)] = (float(low), float(high)), unit_at(case, path, ends)[:2]
+    nuisances = []
     for i, key in enumerate(asked.nuisances):
         place = ("identify", "nuisances", i)
         if key not in OF_SENSORS and "." not in key:
@@ -108,40 +90,19 @@ def question_of(case: Case) -> Question:
     return Question(case, asked, ranges, units, nuisances, columns)
 
 
-def _numbers(value: Any, path: Path) -> Iterator[Path]:
-    """Yield the paths of the numbers, other than counts, that a checked section holds."""
-    if isinstance(value, float):
-        yield path
-    elif isinstance(value, Material) or (isinstance(value, Call) and value.path != path):  # one that is named
-        yield from ((*path, name) for name in ("youngs_modulus", "poisson_ratio", "density"))
-    elif isinstance(value, Call | Mapping):
-        for name, inner in (value.entries if isinstance(value, Call) else value).items():
-            yield from _numbers(inner, (*path, name))
-    elif isinstance(value, list | tuple):
-        for number, inner in enumerate(value):
-            yield from _numbers(inner, (*path, number))
-
-
 def signal_of(question: Question, file: File) -> xr.Dataset:
     """Return the measured signal, conditioned; a Fault, or raise a ValueError that names the file."""
-    if not file.is_file():
-        what = "is a folder" if file.is_dir() else "there is no such file"
-        raise ValueError(f"{file}: {what}; give the trace of an oscilloscope as text, such as CSV")
     asked = question.asked
     calibration: Any = asked.calibration
     if isinstance(calibration, Mapping):
         calibration = {int(name): value for name, value in calibration.items() if name.isdigit()}
-    try:
+    with question.case.located("identify"):
         signal = read_signal(
-            file, question.columns, asked.time_column, asked.time_unit, asked.unit, calibration, "lead", None,
-            asked.interval, asked.start, asked.segment,
+            existing(str(file), file), question.columns, asked.time_column, asked.time_unit, asked.unit, calibration,
+            "lead", None, asked.interval, asked.start, asked.segment,
         )  # fmt: skip
         # The lead is short; identify estimates the noise from all samples.
-        return clean_signal(signal, asked.mains).drop_vars("noise") if asked.condition else signal
-    except ValueError as error:
-        call = question.case.tree.entries["identify"]
-        fault = call.fault(str(error))
-        raise fault if fault.path != call.path else error from error
+        return clean_signal(signal, asked.mains).drop_vars("noise")
 
 
 def fit(question: Question, signal: xr.Dataset, file: File | None = None) -> Identification:
@@ -187,16 +148,15 @@ def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
 
 def answer_of(question: Question, found: Identification) -> Answer:
     """Return what was found: tables, the case with the values found, and a simulation to sketch."""
-    head = ["unknown", "value", "95 % interval", "verdict"]
-    columns = ["unknown", "value (SI)", "low", "high", "verdict", "residual over noise"]
     unknowns = found.unknowns.items()
     rows = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in unknowns]
-    table = Table("unknowns.csv", columns, rows, head, [[*one.row()] for one in found.unknowns.values()])
-
-    data, what = found.data, ("measured", "fitted")
-    names = [f"{quantity} at bead {bead} (N)" for bead in data.sensor.values for quantity in what]
-    traces = [data[quantity].sel(sensor=bead).values for bead in data.sensor.values for quantity in what]
-    fitted = Table("fit.csv", ["time (s)", *names], np.column_stack([data.time.values, *traces]).tolist())
+    frame = pd.DataFrame(rows, columns=["unknown", "value (SI)", "low", "high", "verdict", "residual over noise"])
+    head = ["unknown", "value", "95 % interval", "verdict"]
+    table = Table("unknowns.csv", frame, pd.DataFrame([one.row() for _, one in unknowns], columns=head))
+    traces = {"time (s)": found.data.time.values}
+    for bead in found.data.sensor.values:
+        for quantity in ("measured", "fitted"):
+            traces[f"{quantity} at bead {bead} (N)"] = found.data[quantity].sel(sensor=bead).values
 
     in_case = replace(found, warnings=[of_case(warning) for warning in found.warnings])
     values = {name: found[name].value for name in question.ranges}
@@ -204,4 +164,5 @@ def answer_of(question: Question, found: Identification) -> Answer:
     result = found.to_dataset().assign_attrs(case=question.case.to_toml())
     code = 0 if found.identified else NOT_IDENTIFIED
     notes = str(in_case).splitlines()[1 + len(found.unknowns) :]
-    return Answer(result, [table, fitted], notes, sketched=question.build(**values), others=best, code=code)
+    tables = [table, Table("fit.csv", pd.DataFrame(traces))]
+    return Answer(result, tables, notes, sketched=question.build(**values), others=best, code=code)

@@ -8,6 +8,7 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, Unknown
@@ -16,10 +17,11 @@ from coupling.results.provenance import versions
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
 from coupling.sweeps.store import Store
+from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case
 from hertzlink.cases.identification import NOT_IDENTIFIED, fit, question_of, signal_of
 from hertzlink.cases.tables import WIDTH, Answer, Table
-from hertzlink.cases.tasks import path_of, sensors_of, si_value
+from hertzlink.cases.tasks import sensors_of
 from structures.checks import count_of
 
 
@@ -124,4 +126,4 @@ def _table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
                 text = Unknown(name, value, (low, high), said, unit_size=size).row()
                 shown.append(f"({text[2]})" if said == BLIND else f"{text[1]} ± {(high - low) / 2.0 / size:#.2g}")
         cells.append([*shown, verdict])
-    return Table("map.csv", columns, rows, head, cells)
+    return Table("map.csv", pd.DataFrame(rows, columns=columns), pd.DataFrame(cells, columns=head))

@@ -286,7 +286,6 @@ class CriticalDistance:
 
     along: Annotated[str, Asks('the path of an axis of [sweep], such as "structure.at[0]"')]
     tolerance: Annotated[float, Quantity()] = 0.02
-    relative: bool = False
     bracket: Length = 0.2e-3
 
 
@@ -327,7 +326,6 @@ class Identify:
     start: Time | None = None
     segment: Sensor | None = None
     mains: Annotated[float, Quantity("Hz", "a frequency", "50 Hz")] | None = None
-    condition: bool = True
     noise: Annotated[float, Quantity("N", "a force", "0.2 N")] | None = None
     discrepancy: Annotated[float, Quantity(or_zero=True)] = 0.0
     starts: Sensor = 3

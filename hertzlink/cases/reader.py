@@ -35,17 +35,19 @@ from structures.checks import MOST, count_of, nearest
 from structures.described import Parameter
 from structures.material import MATERIALS, name_key
 from structures.quantities import Count, InFile, OneOf, Quantity
-from structures.units import NUMBER, factor
+from structures.units import NUMBER, PARTS, factor
 
 DEGREES = ("deg", "degree", "degrees", "°")
 """Converted as Python's math.radians does, to the last bit."""
 
+ANY = Quantity(low=-math.inf)
+"""The quantity of a number without a unit or a range."""
+
 
 @dataclass
 class Context:
-    """What surrounds the tables of a case: its materials by name, its folder, and the length of its runs, s."""
+    """What surrounds the tables of a case: its materials by name, and the length of its runs, s."""
 
-    folder: File
     materials: dict[str, "Call"] = field(default_factory=dict)
     until: float = 1e-3
 
@@ -84,6 +86,10 @@ class Call:
                 arguments.setdefault(name, None)  # as the thickness, which a laminate brings
         with self.located():
             return form.special.make(self, **arguments) if form.special else form.target(**arguments)
+
+    def inherits(self, name: str | int) -> bool:
+        """Return whether an entry is that of the material which this one is like."""
+        return self.form.target in OF_MATERIAL and name not in self.entries
 
     def refused(self, name: str, reason: str) -> Fault:
         """Return the fault of an entry."""
@@ -137,12 +143,12 @@ def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
     kinds = alternatives(parameter)
     tagged, plain = forms_at(kinds)
     lists = [kind for kind, _ in kinds if is_list(kind)]
-    mappings = [kind for kind, _ in kinds if is_mapping(kind)]
-    single = [(kind, notes) for kind, notes in kinds if kind in (float, int, str, bool, Any, *OF_MATERIAL)]
     if isinstance(value, dict) and (tagged or plain):
         return _table(value, tagged, plain, path, context)
-    if isinstance(value, dict) and mappings:
-        inner = replace(items_of(mappings[0])[0], default=inspect.Parameter.empty)
+    if isinstance(value, dict) and (mapping := next((kind for kind, _ in kinds if is_mapping(kind)), None)):
+        if not value and parameter.required:
+            raise Fault(path, f"is empty; {hint_of(parameter)}")
+        inner = replace(items_of(mapping)[0], default=inspect.Parameter.empty)
         return {name: read(item, inner, (*path, name), context) for name, item in value.items()}
     if isinstance(value, list) and lists:
         # Of a point and a list of points the nested one is meant by a list of lists.
@@ -151,6 +157,7 @@ def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
         return _list(value, kind, parameter, path, context)
 
     asks = asked(parameter)
+    single = [(kind, notes) for kind, notes in kinds if kind in (float, int, str, bool, Any, *OF_MATERIAL)]
     fitting = [pair for pair in single if _fits(value, *pair)]
     if not fitting and asks and sum(map(bool, (tagged or plain, lists, single))) > 1:
         raise Fault(path, f"{shown(value)} must be {asks}")
@@ -184,7 +191,10 @@ def _table(
     for name, parameter in form.entries.items():
         if parameter.required and not parameter.may_be_none and name not in entries:
             raise Fault((*path, name), f"is missing; {hint_of(parameter)}")
-    return Call(form, entries, path, table, context)
+    call = Call(form, entries, path, table, context)
+    if path[:1] == ("materials",) and len(path) == 2:
+        context.materials[str(path[-1])] = call  # for all that follows
+    return call
 
 
 def _list(value: list[Any], kind: Any, parameter: Parameter, path: Path, context: Context) -> Any:
@@ -203,41 +213,35 @@ def _list(value: list[Any], kind: Any, parameter: Parameter, path: Path, context
 
 def _fits(value: Any, kind: Any, notes: Any) -> bool:
     """Return whether a value is of the kind that an annotation asks for."""
+    if kind is Any and not notes:
+        return True
     if isinstance(value, bool | int | float):
-        return kind is type(value) or (kind is float and type(value) is int) or (kind is Any and not notes)
-    return (isinstance(value, str) and kind not in (int, bool)) or (kind is Any and not notes)
+        return kind is type(value) or (kind is float and type(value) is int)
+    return isinstance(value, str) and kind not in (int, bool)
 
 
 def _single(value: Any, kind: Any, notes: Any, path: Path, context: Context) -> Any:
     """Return a number, a word, a material or the path of a file."""
-    for note in notes:
-        if isinstance(note, OneOf) and value not in note.words:
-            raise Fault(path, f"{shown(value)} is not possible; {nearest(value, note.words)}")
-        if isinstance(note, InFile):
-            if not isinstance(value, str):
-                raise Fault(path, f"{shown(value)} must be a text in quotes; {note.text}")
-            file = context.folder / value
-            if not file.is_file():
-                raise Fault(path, f'there is no file "{file}"')
-            return str(file)
-        is_count = isinstance(note, Count) and _fits(value, int, ())
-        if is_count and not note.least <= value <= note.most:
-            ends = f"least {note.least}" if value < note.least else f"most {note.most}"
-            raise Fault(path, f"{shown(value)} must be at {ends}")
-    if kind is float:
-        return _quantity(value, next((note for note in notes if isinstance(note, Quantity)), ANY), path)
     if kind in OF_MATERIAL:
         return _material(value, kind, path, context)
-    if not _fits(value, kind, ()):
-        words = {int: "a whole number", str: "a text in quotes", bool: "true or false"}[kind]
-        raise Fault(path, f"{shown(value)} must be {words}")
-    if kind is int and abs(value) > MOST:
-        raise Fault(path, f"{shown(value)} must be at most {MOST}")
+    if kind is float:
+        return number(value, next((note for note in notes if isinstance(note, Quantity)), ANY), path)
+    in_file = next((note for note in notes if isinstance(note, InFile)), None)
+    words = next((note.words for note in notes if isinstance(note, OneOf)), None)
+    if words and value not in words:
+        raise Fault(path, f"{shown(value)} is not possible; {nearest(value, words)}")
+    if not _fits(value, str if in_file else kind, ()):
+        kinds = {int: "a whole number", bool: "true or false"}
+        cure = f"; {in_file.text}" if in_file else ""
+        raise Fault(path, f"{shown(value)} must be {kinds.get(kind, 'a text in quotes')}{cure}")
+    if in_file and not File(value).is_file():
+        raise Fault(path, f'there is no file "{value}" beside the file that names it')
+    if kind is int:
+        count = next((note for note in notes if isinstance(note, Count)), Count(-MOST))
+        if not count.least <= value <= count.most:
+            ends = f"least {count.least}" if value < count.least else f"most {count.most}"
+            raise Fault(path, f"{shown(value)} must be at {ends}")
     return value
-
-
-ANY = Quantity(low=-math.inf)
-"""The quantity of a number without a unit or a range."""
 
 
 def _material(name: Any, kind: Any, path: Path, context: Context) -> Any:
@@ -255,8 +259,8 @@ def _material(name: Any, kind: Any, path: Path, context: Context) -> Any:
     return MATERIALS[name]
 
 
-def number(typed: Any, quantity: Quantity, path: Path = ()) -> float:
-    """Return a number in SI units; a Fault for what is none."""
+def number(typed: Any, quantity: Quantity, path: Path = ("",)) -> float:
+    """Return a number in SI units within the range of its quantity; a Fault for another one."""
     unit = quantity.unit_in_files
     words = f"must be {quantity.noun}, such as {example_of(quantity)}" + (f", or a number in {unit}" if unit else "")
     match = NUMBER.fullmatch(typed) if isinstance(typed, str) else None
@@ -270,18 +274,14 @@ def number(typed: Any, quantity: Quantity, path: Path = ()) -> float:
     else:
         plain = Decimal(match[1].replace("_", ""))
         try:
-            degrees = unit == "rad" and match[2] in DEGREES
-            value = math.radians(float(plain)) if degrees else float(plain * factor(match[2], unit))
+            degrees, part = unit == "rad" and match[2] in DEGREES, not unit and match[2] in PARTS
+            size = Decimal(repr(PARTS[match[2]])) if part else 1 if degrees else factor(match[2], unit)
+            value = math.radians(float(plain)) if degrees else float(plain * size)
         except ValueError as error:
             raise Fault(path, f"{shown(typed)}: {error}; {words}") from None
     if not math.isfinite(value):
         raise Fault(path, f"{shown(typed)} is not finite; {words}")
-    return value
 
-
-def _quantity(typed: Any, quantity: Quantity, path: Path) -> float:
-    """Return a number in SI units, within the range of its quantity."""
-    value = number(typed, quantity, path)
     half = path[-1] == "diameter" and value > 0.0
     try:
         quantity.check("", 0.5 * value if half else value)
@@ -289,16 +289,3 @@ def _quantity(typed: Any, quantity: Quantity, path: Path) -> float:
         text = shown(typed) if isinstance(typed, str) else repr(value)
         raise Fault(path, f"{text}{': half of it' if half else ''} {str(error).partition(': ')[2]}") from None
     return value
-
-
-def step(at: Any, part: str | int) -> Any:
-    """Return the value at an entry, or a property of a material; None where there is none."""
-    if isinstance(at, Call):
-        if part in at.entries or at.form.target not in OF_MATERIAL:
-            return at.entries.get(str(part))
-        return getattr(at.made, str(part), None)
-    if isinstance(at, Mapping):
-        return at.get(part)
-    if isinstance(at, list | tuple):
-        return at[part] if isinstance(part, int) and part < len(at) else None
-    return getattr(at, str(part), None) if isinstance(at, OF_MATERIAL) else None

@@ -5,9 +5,10 @@ import math
 import os
 import re
 import tomllib
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path as File
 from typing import Any
 
@@ -18,29 +19,15 @@ Path = tuple[str | int, ...]
 
 PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
 
-# Files that extend each other; bytes of a file, so that the longest force history fits; letters of a list in one line.
-DEEPEST, LARGEST, WIDTH = 10, 1_000_000, 110
+# Bytes of a file, so that the longest force history fits; letters of a list in one line.
+LARGEST, WIDTH = 1_000_000, 110
 
 CHANGE = "--set"
-"""The place of an entry that the command line changes."""
 
-NAME = re.compile(r"""[A-Za-z0-9_-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*'""")
+ENDS = ("", "\n]", "\n]]", "\n]}", "\n]}]", '"""', "'''")
+"""What completes the first lines of a file: an entry may go on over several lines in lists and long texts alone."""
 
-NAMES = rf"(?:{NAME.pattern})(?:[ \t]*\.[ \t]*(?:{NAME.pattern}))*"
-
-TOKEN = re.compile(
-    rf"^[ \t]*(?P<open>\[\[?)[ \t]*(?P<section>{NAMES})[ \t]*\]\]?(?=[ \t]*(?:\#|$))"
-    rf"|(?P<key>{NAMES})[ \t]*="
-    r'|"""(?:\\.|[^\\])*?"{3,5}(?!")'
-    r"|'''.*?'{3,5}(?!')"
-    r'|"(?:\\.|[^"\\])*"'
-    r"|'[^']*'"
-    r"|[\[\]{},]"
-    r"|(?P<comment>\#[^\n]*)"
-    r"|[^\s\[\]{},#\"']+",
-    re.DOTALL | re.MULTILINE,
-)
-"""Of TOML: the head of a section, a key, a text, a mark, a comment, or a number."""
+QUANTITY = r"[-+]?[\d_.]+(?:[eE][-+]?\d+)? ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*"
 
 
 class Fault(ValueError):
@@ -59,7 +46,7 @@ class CaseError(ValueError):
 
 
 def parsed(text: str) -> Path:
-    """Return the path that a text names; raise a ValueError for a text that is none."""
+    """Return the path that a text names; raise a ValueError for a text that names none."""
     parts = list(PART.finditer(text))
     if not parts or parts[0][3] or "".join(part[0] for part in parts) != text:
         raise ValueError(f'"{text}" is no path of an entry; write it as structure.layers[1].material')
@@ -68,8 +55,7 @@ def parsed(text: str) -> Path:
 
 def written(path: Sequence[str | int]) -> str:
     """Return the path as text."""
-    parts = (f"[{part}]" if isinstance(part, int) else f".{_key(part)}" for part in path)
-    return "".join(parts).removeprefix(".")
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{_key(part)}" for part in path).removeprefix(".")
 
 
 def entry(data: Any, path: Sequence[str | int]) -> Any:
@@ -107,11 +93,11 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
 
 def shown(value: Any) -> str:
     """Return a value as TOML writes it, in short."""
-    if isinstance(value, bool | dict):
-        return "a table" if isinstance(value, dict) else str(value).lower()
+    if isinstance(value, dict):
+        return "a table"
     if isinstance(value, str):
         return f'"{value}"' if len(value) < 60 else f'"{value[:60]}…"'
-    return short(value)
+    return str(value).lower() if isinstance(value, bool) else short(value)
 
 
 def as_toml(data: Mapping[str, Any]) -> str:
@@ -149,56 +135,34 @@ def _value(value: Any) -> str:
 class Source:
     """The data of a case, and where they come from.
 
-    name: the file, as the user typed it. places: path → what a message begins with, such as "case.toml:12", or CHANGE.
+    name: the file, as the user typed it. texts: name and text of each file, from the one that the user typed to the
+    last one that is extended. changed: paths of entries that the command line sets.
     """
 
     data: dict[str, Any]
     name: str
-    folder: File
-    places: dict[Path, str]
+    texts: list[tuple[str, str]]
+    changed: list[Path] = field(default_factory=list)
 
     def error(self, fault: Fault) -> CaseError:
-        """Return the fault with its place, that of the deepest entry on its path."""
+        """Return the fault with its place: that of the deepest entry on its path."""
+        if any(fault.path[: len(path)] == path for path in self.changed):
+            return CaseError(f"{CHANGE} {fault}")
         at = fault.path
-        while at and at not in self.places:
+        while at and entry(self.data, at) is None:
             at = at[:-1]
-        place = self.places.get(at, self.name)
-        return CaseError(f"{place}{' ' if place == CHANGE else ': '}{fault}")
-
-    def forget(self, path: Path) -> None:
-        """Remove the places of an entry and of all inside it."""
-        for at in [at for at in self.places if at[: len(path)] == path]:
-            del self.places[at]
-
-    def without(self, name: Any) -> bool:
-        """Remove an entry of a table, and return whether there was one."""
-        try:
-            path = parsed(name)
-            del entry(self.data, path[:-1])[str(path[-1])]
-        except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
-            return False
-        self.forget(path)
-        return True
-
-    def merge(self, above: Mapping[str, Any], path: Path = ()) -> None:
-        """Put the data of a file that extends this one over its own: tables entry by entry, all else as a whole."""
-        table = entry(self.data, path)
-        for name, value in above.items():
-            old = table.get(name)
-            # A table of another kind replaces the whole table.
-            same = isinstance(old, dict) and isinstance(value, dict)
-            if same and all(value.get(tag, old.get(tag)) == old.get(tag) for tag in ("kind", "shape")):
-                self.merge(value, (*path, name))
-            else:
-                table[name] = deepcopy(value)
-                self.forget((*path, name))
+        while at:
+            for name, text in self.texts:
+                if line := line_of(text, at):
+                    return CaseError(f"{name}:{line}: {fault}")
+            at = at[:-1]
+        return CaseError(f"{self.name}: {fault}")
 
     def change(self, change: str) -> None:
         """Apply path=value, as given to --set."""
         name, equals, text = change.partition("=")
-        place = f"{CHANGE} {change}"
         if not equals:
-            raise CaseError(f'{place}: has no "="; write --set structure.thickness="1 mm"')
+            raise CaseError(f'{CHANGE} {change}: has no "="; write --set structure.thickness="1 mm"')
         try:
             value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
         except (KeyError, ValueError):
@@ -211,20 +175,60 @@ class Source:
                 raise ValueError("a change cannot extend another case")
             put(self.data, path, _with_whole_paths(value, File.cwd()) if path[1:] else value)
         except ValueError as error:
-            raise error if isinstance(error, CaseError) else CaseError(f"{place}: {error}") from None
-        self.forget(path)
-        self.places[path] = CHANGE
+            raise error if isinstance(error, CaseError) else CaseError(f"{CHANGE} {change}: {error}") from None
+        self.changed.append(path)
 
 
 def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
     """Read a case file with what it extends, and apply changes of the form path=value; a CaseError for faults."""
-    source = _read(str(path), File(path), ())
+    files: list[Source] = []
+    name, file = str(path), File(path)
+    while True:
+        one = _read(name, file)
+        files.append(one)
+        base = one.data.get("extends")
+        if base is None:
+            break
+        if not isinstance(base, str) or not base:
+            raise one.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
+        if not (file.parent / base).is_file():
+            raise one.error(Fault(("extends",), f'there is no file "{base}" in {file.parent}'))
+        name, file = str(File(name).parent / base), file.parent / base
+        if file.resolve() in [File(above.name).resolve() for above in files]:
+            raise one.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
+
+    data: dict[str, Any] = {}
+    for one in reversed(files):
+        without = one.data.get("without", [])
+        for i, left_out in enumerate(without if isinstance(without, list) else [without]):
+            try:
+                at = parsed(left_out)
+                del entry(data, at[:-1])[str(at[-1])]
+            except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
+                below = one.data.get("extends")
+                of = f'of "{below}", such as "sweep"' if below else "of another case; give extends as well"
+                raise one.error(Fault(("without", i), f"{short(left_out)} is no entry {of}")) from None
+        _merge(data, {key: value for key, value in one.data.items() if key not in ("extends", "without")})
+    source = Source(data, str(path), [text for one in files for text in one.texts])
     for change in changes:
         source.change(change)
     return source
 
 
-def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
+def _merge(below: dict[str, Any], above: Mapping[str, Any]) -> None:
+    """Put the data of a file over those of one that it extends: tables entry by entry, all else as a whole."""
+    for name, value in above.items():
+        old: Any = below.get(name)
+        # A table of another kind replaces the whole table.
+        same = isinstance(old, dict) and isinstance(value, dict)
+        if same and all(value.get(tag, old.get(tag)) == old.get(tag) for tag in ("kind", "shape")):
+            _merge(old, value)
+        else:
+            below[name] = deepcopy(value)
+
+
+def _read(name: str, path: File) -> Source:
+    """Read one file."""
     try:
         with path.open("rb") as opened:
             content = opened.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
@@ -237,34 +241,15 @@ def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
         raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
     if len(content) > LARGEST:
         raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
-    folder = path.resolve().parent
     try:
         data = tomllib.loads(text)
-        # A title, or the file that is extended, stays as it is.
-        inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
-        data |= _with_whole_paths(inside, folder)
     except RecursionError:
         raise CaseError(f"{name}: is nested too deeply") from None
     except ValueError as error:  # also of a number with thousands of digits
-        raise error if isinstance(error, CaseError) else CaseError(_syntax(name, str(error), text)) from None
-    source = Source(data, name, folder, {at: f"{name}:{line}" for at, line in lines_of(text).items()})
-    if "extends" not in data:
-        return source
-
-    base, without = data.pop("extends"), data.pop("without", [])
-    if not isinstance(base, str) or not base:
-        raise source.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
-    file = path.parent / base
-    if len(above) >= DEEPEST or file.resolve() in (*above, path.resolve()):
-        raise source.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
-    if not file.is_file():
-        raise source.error(Fault(("extends",), f'there is no file "{base}" in {path.parent}'))
-    below = _read(str(File(name).parent / base), file, (*above, path.resolve()))
-    for i, left_out in enumerate(without if isinstance(without, list) else [without]):
-        if not below.without(left_out):
-            raise source.error(Fault(("without", i), f'{short(left_out)} is no entry of "{base}", such as "sweep"'))
-    below.merge(data)
-    return Source(below.data, name, below.folder, below.places | source.places)
+        raise CaseError(_syntax(name, str(error), text)) from None
+    # A title, or the file that is extended, stays as it is.
+    inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
+    return Source(data | _with_whole_paths(inside, path.resolve().parent), name, [(name, text)])
 
 
 def _with_whole_paths(value: Any, folder: File) -> Any:
@@ -286,74 +271,50 @@ def _with_whole_paths(value: Any, folder: File) -> Any:
     return path
 
 
+def line_of(text: str, path: Path) -> int:
+    """Return the line of an entry of valid TOML, counted from 1, or 0: it ends the fewest lines that hold the entry."""
+    rows = text.splitlines()
+
+    def holds(count: int) -> bool:
+        for fewer in range(count, 0, -1):
+            for end in ENDS:
+                try:
+                    return entry(tomllib.loads("\n".join(rows[:fewer]) + end), path) is not None
+                except ValueError:
+                    continue
+        return False
+
+    line = bisect_left(range(len(rows) + 1), True, key=holds)
+    return line if line <= len(rows) else 0
+
+
 def _syntax(name: str, message: str, text: str) -> str:
-    """Return what tomllib says, with its line where lines stand, and what to write for a value without quotes."""
-    words, _, place = message.partition(" (at line ")
-    number = place.split(",")[0]
-    if not number.isdigit():
-        return f"{name}: {words}; is no TOML"
-    rows, line = text.splitlines() or [""], int(number)
+    """Return what tomllib says, with its line where lines stand, and what to write instead of common mistakes."""
+    words, _, place = message.partition(" (at ")
+    if words.startswith("Exceeds"):
+        return f"{name}: {words}"
+    rows, number = text.splitlines() or [""], re.match(r"line (\d+)", place)
+    line = int(number[1]) if number else len(rows)
     # Outside of quotes and comments.
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
-    reason = f"{words}; is no TOML"
+    quantities = (typed for typed in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(typed)))
+    reason = f"{words}; this is no TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare")):
         same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
         first = f", first in line {same[-1]}" if same else ""
         reason = f"this entry or section is given twice{first}; keep one of them"
+    elif "Unescaped '\\'" in words or "Invalid hex" in words:
+        reason = r'a backslash has a meaning in "..."; write / in paths, or single quotes'
+    elif curly := re.search("[“”„‘’]", row):
+        reason = f'{curly[0]} is no quotation mark of TOML; write "'
     elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):
         reason = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
     elif word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
         right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
         reason = f"{word[1]} is no value of TOML; write {right}"
-    else:
-        quantities = re.findall(r"(?<![\w.])[-+]?[\d_.]+(?:[eE][-+]?\d+)? ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*", row)
-        typed = next((one for one in quantities if not math.isnan(in_si(one))), None)
-        if typed is not None:
-            reason = f'{typed} is no value of TOML; write "{typed}" in quotes'
+    elif typed := next(quantities, ""):
+        reason = f'{typed} is no value of TOML; write "{typed}" in quotes'
+    elif words.startswith("Unclosed") or (words, number) == ("Invalid value", None):
+        line = max((i for i, other in enumerate(rows[:line], 1) if re.search(r"=\s*[\[{]", other)), default=line)
+        reason = "a list or table that begins here is not closed"
     return f"{name}:{line}: {reason}"
-
-
-def lines_of(text: str) -> dict[Path, int]:
-    """Return the line, counted from 1, on which each entry of valid TOML stands, by its path: tomllib gives none."""
-    lines: dict[Path, int] = {}
-    counts: dict[Path, int] = {}  # of sections in double brackets
-    section: Path = ()
-    value: Path = ()  # the entry whose value stands at a token
-    around: list[tuple[Path, list[int]]] = []  # the lists and tables in braces around it; the place in a list
-    line, at = 1, 0
-
-    def note(path: Path) -> None:
-        for end in range(1, len(path) + 1):
-            lines.setdefault(path[:end], line)
-
-    for match in TOKEN.finditer(text):
-        line += text.count("\n", at, match.start())
-        at, token = match.start(), match[0]
-        names = [name.strip("\"'") for name in NAME.findall(match["section"] or match["key"] or "")]
-        path, place = around[-1] if around else (section, [])
-        if match["comment"]:
-            continue
-        if match["section"] and not around:
-            section = ()
-            for name in names:  # of sections in double brackets the last one is meant
-                section = (*section, counts[section] - 1, name) if section in counts else (*section, name)
-            note(section)
-            if match["open"] == "[[":
-                counts[section] = counts.get(section, 0) + 1
-            if section in counts:
-                section = (*section, counts[section] - 1)
-                note(section)
-        elif match["key"]:
-            value = (*path, *names)
-            note(value)
-        elif token in ("]", "}"):
-            around.pop()
-        elif token == ",":
-            place[:] = [number + 1 for number in place]
-        else:
-            if place:
-                value = (*path, *place)
-                note(value)
-            if token in ("[", "{"):
-                around.append((value, [0] if token == "[" else []))
-    return lines

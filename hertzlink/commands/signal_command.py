@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from hertzlink.output import WRONG_INPUT, complain, say, show, write_file
+from hertzlink.output import say, show, write_file
 from structures.checks import count_of, existing, positive
 from structures.units import readable
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 SHOWN = 8
 """Channels and notes that are shown."""
 
+COARSE = 1e-4
+"""A contact of beads lasts 10 µs to some ms: samples that are further apart (s) are probably in another unit."""
+
 OURS = "Written by hertzlink signal"
 """The remark inside a picture. A picture with it may be replaced."""
 
@@ -27,42 +30,27 @@ REMARKS = {".png": "Comment", ".svg": "Description", ".pdf": "Subject"}
 
 
 @click.command("signal", short_help="Show what a file of a scope or recorder holds.")
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--segment", metavar="NUMBER", type=click.IntRange(min=1), help="The segment of a sequence, from 1 on.")
 @click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | None, picture: Path | None) -> int:
-    """Show what files of a scope or recorder hold: channels, units, sampling, range, clipping, noise and hum.
+def show_signal(file: Path, segment: int | None, interval: float | None, picture: Path | None) -> None:
+    """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
 
-    A picture of the channels of each is written to the current folder. Nothing is fitted; `hertzlink identify` does
-    that. Files that cannot be read are named, and the others are shown.
+    A picture of the channels is written to the current folder. Nothing is fitted; `hertzlink identify` does that.
     """
     from coupling.signals.overview import overview
 
+    name = picture or Path(f"{file.stem}-signal.png")
+    if name.suffix not in REMARKS:
+        raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
+    if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
+        raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
     seconds = None if interval is None else positive("interval", interval, "s")
-    if picture is not None and len(files) > 1:
-        raise ValueError(f"--picture {picture}: is the picture of one file; leave it out for {len(files)}")
-    code, stems = 0, [file.stem for file in files]
-    for file in files:
-        # Files of one name, as in folders of days, get their folders into the name.
-        stem = file.stem if stems.count(file.stem) == 1 else "-".join(file.absolute().parts[1:])
-        name = picture or Path(f"{stem}-signal.png")
-        if name.suffix not in REMARKS:
-            raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
-        if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
-            raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
-        try:
-            seen = overview(existing(str(file), file), seconds, segment)
-        except (ValueError, OSError) as error:
-            if len(files) == 1:
-                raise
-            code = WRONG_INPUT
-            complain(f"{file}: {error.strerror}" if isinstance(error, OSError) else str(error))
-            continue
-        show(f"{file}: {table(seen)}" if len(files) > 1 else table(seen))
-        draw(seen, name)
-        say(f"written: {name}")
-    return code
+    seen = overview(existing(str(file), file), seconds, segment)
+    show(table(seen))
+    write_file(name, drawn(seen, name.suffix))
+    say(f"written: {name}")
 
 
 def table(seen: "Overview") -> str:
@@ -88,6 +76,9 @@ def table(seen: "Overview") -> str:
     if len(seen.looks) > SHOWN:
         lines.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
     lines += [fill(f"column {column}: {reason}", 80) for column, reason in [*seen.refused.items()][:SHOWN]]
+    if step > COARSE:
+        coarse = f"note: a sample every {readable(step, 's', 4)} is too coarse for contacts of beads"
+        lines.append(fill(f'{coarse}; if the times are in ms or µs, give identify time_unit = "ms" or "us"', 80))
     return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
 
 
@@ -108,8 +99,8 @@ def remarks(look: "Look") -> Iterator[str]:
         yield f"only {count_of(round(span / look.step), 'step')} of the digitiser: use a narrower range"
 
 
-def draw(seen: "Overview", name: Path) -> None:
-    """Write a picture of the channels, one above the other."""
+def drawn(seen: "Overview", suffix: str) -> bytes:
+    """Return a picture of the channels, one above the other."""
     from matplotlib import rc_context, rcdefaults
     from matplotlib.figure import Figure
 
@@ -123,5 +114,5 @@ def draw(seen: "Overview", name: Path) -> None:
             axis.set_ylabel(f"{look.name[:20] or f'column {look.column}'}\n{look.unit}")
             axis.grid(alpha=0.3)
         axes[-1].set_xlabel("time, ms")
-        figure.savefig(content, format=name.suffix[1:], dpi=120, metadata={REMARKS[name.suffix]: OURS})
-    write_file(name, content.getvalue())
+        figure.savefig(content, format=suffix[1:], dpi=120, metadata={REMARKS[suffix]: OURS})
+    return content.getvalue()

@@ -1,0 +1,217 @@
+"""Entries of a case that vary: the axes of [sweep], and those of [sensitivities] with their uncertainties."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from itertools import pairwise
+from math import floor, isnan, prod
+from typing import Any
+
+from coupling.plots.canvas import in_words
+from coupling.results.schema import OF_RUNS
+from hertzlink.cases.case import Build, Case
+from hertzlink.cases.forms import is_list, items_of
+from hertzlink.cases.reader import Call, number
+from hertzlink.cases.source import Fault, Path, entry, parsed, shown, written
+from structures.described import Parameter
+from structures.quantities import Quantity
+from structures.units import NUMBER, PARTS, factor, spread_of
+
+MOST_POINTS = 100_000
+"""Points of a sweep; a case of more is a mistake."""
+
+VARIED = ("chain", "structure", "materials")
+"""Sections whose entries can vary. The section [run] holds for all runs."""
+
+OWN_NAMES = OF_RUNS | {"sensor", "distance", "within", "end", "error"}
+"""Names that results use themselves."""
+
+EDGES = ("distance from the left edge", "distance from the bottom edge")
+"""The two numbers of the place `at` of a contact on a rectangular plate."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An entry that varies: its path, its name in results, its values (SI), the unit of tables and its size in SI.
+
+    place: that in [sweep]. label: its name in tables. words: what it is, for figures.
+    """
+
+    path: Path
+    place: Path
+    label: str
+    name: str
+    values: list[Any]
+    unit: str = ""
+    size: float = 1.0
+    si: str = ""
+    words: str = ""
+
+    @property
+    def is_number(self) -> bool:
+        """True if the values are numbers."""
+        return all(isinstance(value, int | float) for value in self.values)
+
+    def shown(self, value: Any, digits: int = 6) -> str:
+        """Return a value in the unit of tables."""
+        return f"{value / self.size:.{digits}g}" if isinstance(value, int | float) else str(value)
+
+    def typed(self, value: Any) -> Any:
+        """Return a value as a user would write it."""
+        return f"{self.shown(value, 10)} {self.unit}" if self.unit else value
+
+    @property
+    def head(self) -> str:
+        """Name and unit, for the head of a table."""
+        return f"{self.label}, {self.unit}" if self.unit else self.label
+
+    @property
+    def column(self) -> str:
+        """Name and SI unit, for the head of a column in a file."""
+        return f"{self.label} ({self.si})" if self.si else self.label
+
+
+def axes_of(case: Case) -> tuple[Axis, ...]:
+    """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
+    axes: list[Axis] = []
+    for key, given in case.tree.entries.get("sweep", {}).items():
+        place: Path = ("sweep", key)
+        path = path_of(key, place)
+        if any(axis.path == path for axis in axes):
+            raise Fault(place, "is given twice")
+        if isinstance(given, Call):
+            values, texts = _steps(case, path, place, given), [*given.entries.values()]
+        else:
+            values, texts = [si_value(case, path, value, (*place, i)) for i, value in enumerate(given)], given
+            for i, value in enumerate(values):
+                if value in values[:i]:
+                    raise Fault((*place, i), f"{shown(given[i])} is given twice")
+
+        last = written(path[-2:] if isinstance(path[-1], int) else path[-1:])
+        last = {"at[0]": "x", "at[1]": "y"}.get(last, last)
+        label = written(path) if last in [axis.label for axis in axes] else last
+        name = re.sub(r"\W+", "_", written(path) if label in OWN_NAMES else label).strip("_")
+        axes.append(Axis(path, place, label, name, values, *unit_at(case, path, texts), words_of(case, path)))
+    if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
+        raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
+    return tuple(sorted(axes, key=lambda axis: axis.path[0] == "chain"))
+
+
+def _steps(case: Case, path: Path, place: Path, given: Call) -> list[Any]:
+    """Return evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
+    typed = given.entries
+    if ("step" in typed) == ("count" in typed):
+        raise Fault(place, 'needs a step, such as step = "10 mm", or else a count')
+    ends = [si_value(case, path, typed[name], (*place, name)) for name in ("from", "to")]
+    for name, end in zip(("from", "to"), ends, strict=True):
+        if not isinstance(end, int | float):
+            raise Fault((*place, name), f"{shown(end)} must be a number; list the values instead")
+    start, end = (Decimal(repr(value)) for value in ends)
+    if end <= start:
+        raise Fault((*place, "to"), f"{shown(typed['to'])} must be above the first value")
+
+    if "count" in typed:
+        last = typed["count"] - 1
+        values = [start + (end - start) * i / last for i in range(last + 1)]
+    else:
+        # A step may lie outside of the range of the values.
+        quantity = quantity_of(case.parameter(path))
+        step = number(typed["step"], quantity, (*place, "step")) if quantity else typed["step"]
+        if not isinstance(step, int | float) or step <= 0:
+            raise Fault((*place, "step"), f"{shown(typed['step'])} must be positive")
+        count = floor((end - start) / Decimal(repr(step)) * Decimal("1.000000001"))
+        if count >= MOST_POINTS:
+            raise Fault((*place, "step"), f"{shown(typed['step'])} makes {count + 1} values; at most {MOST_POINTS}")
+        values = [start + i * Decimal(repr(step)) for i in range(count + 1)]
+    whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in values)
+    return [int(value) if whole else float(value) for value in values]
+
+
+def path_of(key: str, place: Path) -> Path:
+    """Return the path of an entry that can vary; a Fault at its place."""
+    try:
+        path = parsed(key)
+    except ValueError as error:
+        raise Fault(place, str(error)) from None
+    if path[0] not in VARIED or len(path) < 2:
+        raise Fault(place, f'"{key}" cannot be varied; take an entry of [chain] or [structure]')
+    return path
+
+
+def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
+    """Return the value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
+    if not isinstance(value, int | float | str) or isinstance(value, bool):
+        raise Fault(place, f"{shown(value)} must be a number or a text")
+    try:
+        si = case.changed({path: value}).value(path)
+    except Fault as fault:
+        raise Fault(place, fault.reason if fault.path == path else f"makes {fault}") from None
+    except ValueError as error:
+        raise Fault(place, str(error)) from None
+    return si if isinstance(si, int | float | str) else value
+
+
+def unit_at(case: Case, path: Path, texts: Iterable[Any]) -> tuple[str, float, str]:
+    """Return the unit that a user wrote, or that of the entry; its size in SI units; and the SI unit."""
+    quantity = quantity_of(case.parameter(path))
+    si = quantity.unit_in_files if quantity else ""
+    for text in texts:
+        match = NUMBER.fullmatch(text) if isinstance(text, str) and si else None
+        if match and match[2]:
+            return match[2], float(factor(match[2], si)), si
+    return si, 1.0, si
+
+
+def quantity_of(parameter: Parameter | None) -> Quantity | None:
+    """Return the quantity of a number, also of those in a list."""
+    if parameter is None or parameter.quantity is not None:
+        return None if parameter is None else parameter.quantity
+    lists = [kind for kind, _ in parameter.members or [(parameter.type, ())] if is_list(kind)]
+    return next((found for kind in lists if (found := quantity_of(items_of(kind)[0]))), None)
+
+
+def words_of(case: Case, path: Path) -> str:
+    """Return the entry at a path in words, such as "layer 2 Young's modulus"."""
+    struck = case.value(path[: path.index("at")]) if "at" in path else None
+    rectangle = isinstance(struck, Call) and struck.form.kind in ("kirchhoff_plate", "mindlin_plate")
+    words = [] if path[0] in ("chain", "structure", "measure") else [str(path[0])]
+    for before, part in pairwise(path):
+        if isinstance(part, int) and before == "at" and part < len(EDGES):
+            words[-1:] = [EDGES[part] if rectangle else "xy"[part]]
+        elif isinstance(part, int):
+            words[-1:] = [f"{str(before).removesuffix('s')} {part + 1}"]
+        elif part != "material" or part == path[-1]:
+            words.append(in_words(part))
+    return " ".join(words)
+
+
+def budget_of(case: Case) -> tuple[Build, dict[str, tuple[float, float]]]:
+    """Return what builds the case from the entries of [sensitivities], and their values and standard uncertainties."""
+    case.only_chain("an uncertainty budget")
+    if case.tree.entries.get("sweep"):
+        raise Fault(("sensitivities",), "is that of one run; leave out [sweep], or this section")
+    paths, units, inputs = dict[str, Path](), dict[str, str](), dict[str, tuple[float, float]]()
+    for key, text in case.tree.entries["sensitivities"].items():
+        place = ("sensitivities", key)
+        path = path_of(key, place)
+        stated = entry(case.data, path)
+        stated = case.value(path) if stated is None else stated
+        value = si_value(case, path, 1.0 if stated is None else stated, place)
+        if stated is None:
+            raise Fault(place, "is not written in the case; give its value there first")
+        if not isinstance(value, float) or value == 0.0:
+            raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
+
+        unit = unit_at(case, path, ())[2]
+        match = NUMBER.fullmatch(str(text))
+        try:
+            if match and match[2] and match[2] not in PARTS:
+                factor(match[2], unit)
+        except ValueError as error:
+            raise Fault(place, f"{shown(text)}: {error}; the entry is in {unit or 'no unit'}") from None
+        spread = spread_of(str(text), value)
+        if isnan(spread):
+            raise Fault(place, f'{shown(text)} must be a standard uncertainty, such as "0.02 mm" or "2 %"')
+        paths[key], units[key], inputs[key] = path, unit, (value, spread)
+    return Build(case, paths, units), inputs
