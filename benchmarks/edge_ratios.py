@@ -15,9 +15,13 @@ from itertools import product
 import joblib
 import numpy as np
 
-from hertzlink.studies.edge_cases import BEAD, SPEED, Pair, ratios, tabulated_pair
+from hertzlink.studies.critical_distance import Pair
+from particles.bead import Sphere
 from plates.half_plane import EDGES
-from structures.material import ALUMINIUM_6061
+from structures.material import ALUMINIUM_6061, STEEL_440C, Material
+
+BEAD, SPEED = Sphere(5e-3, STEEL_440C), 0.3
+"""Any other bead and speed with the same λ, d/ℓ and ratio of stiffnesses give the same AR."""
 
 STIFFNESS_RATIOS = (0.35, Pair(BEAD, ALUMINIUM_6061, SPEED).stiffness_ratio, 2.0**0.5)
 """A soft laminate, aluminium, and a plate of the beads' own modulus, all under steel beads."""
@@ -30,11 +34,17 @@ FAR = (*(3.5 + 0.25 * i for i in range(1, 11)), *(6.0 + 0.5 * i for i in range(1
 SETTLED = 0.6
 
 
+def tabulated_pair(stiffness_ratio: float) -> Pair:
+    """BEAD on a plate that gives the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); pairs have half the radius."""
+    modulus = STEEL_440C.contact_modulus * stiffness_ratio / (2.0 * 2.0**0.5 - stiffness_ratio)
+    return Pair(BEAD, Material(modulus * (1.0 - 0.33**2), 0.33, 2700.0), SPEED)
+
+
 def row(stiffness_ratio: float, edge: str, parameter: float) -> list[str]:
     """One line of the table."""
     pair = tabulated_pair(stiffness_ratio)
     distances = NEAR if parameter < SETTLED else (*NEAR, *FAR)
-    far, *found = ratios(pair, edge, parameter, (np.inf, *distances))
+    far, *found = pair.ratios(edge, parameter, (np.inf, *distances))
     found += [far] * (len(NEAR) + len(FAR) - len(found))
     return [edge, f"{stiffness_ratio:.6f}", f"{parameter:g}", *(f"{one:.5f}" for one in (far, *found))]
 

@@ -10,39 +10,34 @@ import hertzlink as hl
 from hertzlink.studies import draw, shared
 from hertzlink.studies.compare import Case, Number, printed, rounded
 from hertzlink.studies.plate_boundary import theirs
+from hertzlink.studies.shared import DIAMETERS, THICKNESSES
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.impact import THESIS_IMPACT
 
-BODIES = ("plate", "infinite plate", "half-space")
+BODIES = ("plate", "infinite plate")
 UNTIL = 3.5e-3  # Length of the record, s.
 REDUCTION = 0.02  # Tolerance of the reduction.
-RATIOS = tuple(np.geomspace(0.4, 10.0, 49))  # D/t of the theory lines.
-STRIKER_SPEED = THESIS_IMPACT.striker_speed
+RATIOS = np.geomspace(0.4, 10.0, 49)  # D/t of the theory lines.
 # v_in of equation 6.37, m/s, as the striker's speed, and as the beads' in the wave, which the thesis names.
 SPEEDS = (shared.PLATE_SPEED, PARTICLE_TO_STRIKER_SPEED * shared.PLATE_SPEED)
 
 
 def theory(ratio: float, speed: float) -> tuple[float, float]:
     """Return AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
-    bead = shared.sphere(shared.DIAMETERS[1])
-    impact = hl.theory.PlateImpact(bead, shared.plate(shared.DIAMETERS[1] / ratio), speed)
+    bead = shared.sphere(DIAMETERS[1])
+    impact = hl.theory.PlateImpact(bead, shared.plate(DIAMETERS[1] / ratio), speed)
     return impact.amplitude_ratio, impact.time_of_flight(shared.BEADS - shared.SENSOR, shared.PLATE_SPEED) / bead.size
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
 
-    body: the thesis's plate, the infinite plate by its point impedance, and a half-space. quick: the same, because it
-    takes seconds.
+    body: the thesis's plate, or the infinite plate by its point impedance. quick: the same, because it takes seconds.
     """
-    jobs = 1 if quick and jobs is None else jobs
 
     def build(body: str, thickness: float, diameter: float) -> hl.CoSimulation:
-        if body == "half-space":
-            structure = hl.half_space(shared.ALUMINIUM)
-        elif body == "infinite plate":
-            structure = hl.infinite_plate(thickness, shared.ALUMINIUM)
-        else:
+        structure = hl.infinite_plate(thickness, shared.ALUMINIUM)
+        if body == "plate":
             plate, centre = shared.plate(thickness, highest_frequency=shared.HIGHEST_FREQUENCY), shared.SIDE / 2.0
             structure = hl.reduce(plate.at(centre, centre), UNTIL, REDUCTION)
         return hl.CoSimulation(shared.plate_chain(diameter), structure)
@@ -51,33 +46,32 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         contact = shared.scalars(contact_time=(hl.contact_time(run), "s", "last bead's contact with the plate"))
         return shared.returned(run).merge(contact).assign(sensor_force=hl.sensor_force(run, shared.SENSOR))
 
-    data = hl.sweep(build, UNTIL, jobs, measure, body=BODIES, thickness=shared.THICKNESSES, diameter=shared.DIAMETERS)
+    data = hl.sweep(build, UNTIL, jobs, measure, body=BODIES, thickness=THICKNESSES, diameter=DIAMETERS)
     lines = np.array([[theory(ratio, speed) for speed in SPEEDS] for ratio in RATIOS])
-    data = data.assign_coords(ratio=("ratio", list(RATIOS)), speed=("speed", list(SPEEDS), {"units": "m/s"}))
+    data = data.assign_coords(ratio=RATIOS, speed=list(SPEEDS))
     data["theory_amplitude_ratio"] = (("ratio", "speed"), lines[..., 0], {"units": "1"})
     data["theory_time_of_flight"] = (("ratio", "speed"), lines[..., 1], {"units": "s/m"})
-    return shared.with_units(data, thickness="m", diameter="m")
+    return shared.with_units(data, thickness="m", diameter="m", ratio="1", speed="m/s")
 
 
 def ours(diameter: float, thickness: float) -> hl.theory.PlateImpact:
     return hl.theory.PlateImpact(shared.sphere(diameter), shared.plate(thickness), shared.PLATE_SPEED)
 
 
-def of_thesis(
-    diameter: float, thickness: float, speed: float = THESIS_IMPACT.bead_speed, parameter: float | None = None
-) -> hl.theory.PlateImpact:
-    """Return the impact with the thesis's data of the bead; parameter: λ, by default that of the speed."""
+def of_thesis(diameter: float, thickness: float, parameter: float | None = None) -> hl.theory.PlateImpact:
+    """Return the impact with the thesis's data of the bead: at the speed in the wave, or of a λ at the striker's."""
+    speed = THESIS_IMPACT.bead_speed if parameter is None else THESIS_IMPACT.striker_speed
     return hl.theory.PlateImpact(theirs(diameter), shared.plate(thickness), speed, parameter)
 
 
 def with_theirs(first: str, diameter: float) -> str:
     """Return the condition under which section 6.2.1's numbers follow, with its data of the bead."""
-    return f"{first}, 19.1 mm and 8000 kg/m³" if diameter == shared.DIAMETERS[-1] else f"{first} and 8000 kg/m³"
+    return f"{first}, 19.1 mm and 8000 kg/m³" if diameter == DIAMETERS[-1] else f"{first} and 8000 kg/m³"
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     lines, speed = printed("aspect-ratio"), f"{THESIS_IMPACT.bead_speed:.3g} m/s"
-    for diameter, thickness in product(shared.DIAMETERS, shared.THICKNESSES):
+    for diameter, thickness in product(DIAMETERS, THICKNESSES):
         label, impact = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}", ours(diameter, thickness)
         if f"λ, {label}" not in lines:
             continue
@@ -86,7 +80,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         if f"contact time, {label}" in lines:
             # For the numbers that would be printed as the thesis's λ.
             digits = lines[f"λ, {label}"].corrected or lines[f"λ, {label}"].low
-            by_digits = (of_thesis(diameter, thickness, STRIKER_SPEED, end) for end in rounded(digits, digits))
+            by_digits = (of_thesis(diameter, thickness, end) for end in rounded(digits, digits))
             low, high = (1e6 * float(one.contact_time) for one in by_digits)
             condition = with_theirs("the thesis's λ", diameter)
             cases: dict[str, Case] = {"": 1e6 * impact.contact_time, condition: (low, high)}
@@ -95,72 +89,55 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
             yield Number(f"contact time, {label}", cases, said)
 
     # The smallest beads, the largest beads, and the thinnest plate.
-    small, large = min(shared.DIAMETERS), max(shared.DIAMETERS)
-    thinnest, thickest = min(shared.THICKNESSES), max(shared.THICKNESSES)
-    times = [1e6 * ours(small, t).contact_time for t in shared.THICKNESSES]
-    parameters = [float(of_thesis(small, t).inelasticity) for t in shared.THICKNESSES]
-    pairs = zip(shared.THICKNESSES, parameters, strict=True)
-    theirs_too = [1e6 * float(of_thesis(small, t, STRIKER_SPEED, one).contact_time) for t, one in pairs]
-    cases = {"": (min(times), max(times)), with_theirs(speed, small): (min(theirs_too), max(theirs_too))}
+    small, large, thinnest, thickest = DIAMETERS[0], DIAMETERS[-1], THICKNESSES[0], THICKNESSES[-1]
+    times = [1e6 * ours(small, t).contact_time for t in THICKNESSES]
+    with_parameters = [of_thesis(small, t, float(of_thesis(small, t).inelasticity)) for t in THICKNESSES]
+    again_times = [1e6 * float(one.contact_time) for one in with_parameters]
+    cases = {"": (min(times), max(times)), with_theirs(speed, small): (min(again_times), max(again_times))}
     yield Number("contact time, D 4.76, all plates", cases)
     impacts = ours(large, thinnest), of_thesis(large, thinnest)
     plain, again_e = (float(hl.theory.zener_restitution(float(one.inelasticity))) for one in impacts)
     yield Number("e, D 19.05, t 2.29", {"": plain, with_theirs(speed, large): again_e})
     yield Number("D/t, largest bead, thickest plate", {"": large / thickest, "19.1 mm": 19.1e-3 / thickest})
 
-    # AR and TOF over D/t, as in figures 6.18 and 6.19, whose values are not printed.
-    for diameter, thickness in sorted(product(shared.DIAMETERS, shared.THICKNESSES), key=lambda at: at[0] / at[1]):
-        ratio, at = diameter / thickness, data.sel(diameter=diameter, thickness=thickness)
-        (striker, flight), (wave, later) = (theory(ratio, speed) for speed in SPEEDS)
-        finite, infinite = (float(at.amplitude_ratio.sel(body=body).fillna(0.0)) for body in BODIES[:2])
-        said = f"e^(6/5) with the striker's speed {striker:.3g}, with the wave's {wave:.3g}"
-        yield Number(f"AR, D/t {ratio:.2f}", finite or "below 0.01", f"{said}; infinite plate {infinite:.4f}")
-        time = 1e3 * float(at.time_of_flight.sel(body="plate")) / diameter
-        said = f"equation 6.39 with the striker's speed {1e3 * flight:.4g}, with the wave's {1e3 * later:.4g}"
-        yield Number(f"TOF/D, D/t {ratio:.2f}", time, said, "µs/mm")
-
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
-    ratios, (axis,) = draw.panels(1, width=4.6, height=3.6, ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
-    over_ratio(axis, data, data.amplitude_ratio)
+    ratios, (axis,) = draw.panels(1, width=4.6, height=3.6, ylabel="amplitude ratio AR")
     missing = data.amplitude_ratio.sel(body="plate").isnull()
-    if bool(missing.any()):
-        places = (data.diameter / data.thickness).where(missing).values
-        draw.mark_missing(axis, places[np.isfinite(places)], 0, color="dimgrey", label="no wave came back")
-    zener(axis, data.theory_amplitude_ratio)
+    places = (data.diameter / data.thickness).where(missing).values
+    draw.mark_missing(axis, places[np.isfinite(places)], 0, color="dimgrey", label="no wave came back")
+    over_ratio(axis, data, data.amplitude_ratio, data.theory_amplitude_ratio)
+    axis.set_ylim(0.0, 1.0)
 
     labels = ("time of flight (µs)", "time of flight / D (µs/mm)")
     flights, axes = draw.panels(2, width=4.0, height=3.6, ylabels=labels)
     normalised = data.time_of_flight / data.diameter * 1e3
     over_ratio(axes[0], data, data.time_of_flight * 1e6)
-    over_ratio(axes[1], data, normalised)
-    zener(axes[1], data.theory_time_of_flight * 1e3)
+    over_ratio(axes[1], data, normalised, data.theory_time_of_flight * 1e3)
     axes[1].set_ylim(0.0, 1.6 * float(normalised.max()))
-    for drawn in (axis, *axes):
-        drawn.legend()
 
     # The force at the sensor on the thinnest and the thickest plate, for the middle bead.
     forces, (axis,) = draw.panels(1, width=4.8, height=3.4, xlabel="time (µs)", ylabel="force at the sensor (N)")
-    diameter, ends = shared.DIAMETERS[1], [shared.THICKNESSES[0], shared.THICKNESSES[-1]]
-    force = data.sensor_force.sel(body="plate", diameter=diameter, thickness=ends)
+    force = data.sensor_force.sel(body="plate", diameter=DIAMETERS[1], thickness=[THICKNESSES[0], THICKNESSES[-1]])
     draw.lines(axis, force, "time", "thickness", "t = {:.2f} mm", 1e6, 1e3)
-    axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlim=(0.0, 1500.0))
+    axis.set(title=f"D = {DIAMETERS[1] * 1e3:.2f} mm", xlim=(0.0, 1500.0))
     axis.legend()
     return {"amplitude_ratio": ratios, "time_of_flight": flights, "forces": forces}
 
 
-def over_ratio(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
-    """Draw filled markers for the thesis's plates, hollow ones for infinite plates."""
+def over_ratio(
+    axis: draw.Axes, data: xr.Dataset, values: xr.DataArray, theory: xr.DataArray | None = None
+) -> None:  # fmt: skip
+    """Draw filled markers for the thesis's plates, hollow ones for infinite plates, and lines of Zener's theory."""
     for i, diameter in enumerate(data.diameter.values):
         label, ratio = f"D = {diameter * 1e3:.2f} mm", diameter / data.thickness.values
         look = draw.Look(color=draw.COLOURS[i], marker=draw.MARKERS[i], linestyle="none", clip_on=False)
-        finite, infinite = (values.sel(diameter=diameter, body=body) for body in BODIES[:2])
+        finite, infinite = (values.sel(diameter=diameter, body=body) for body in BODIES)
         axis.plot(ratio, finite, markersize=4.5, label=label, **look)
         axis.plot(ratio, infinite, markersize=8.0, fillstyle="none", label=f"{label}, infinite plate", **look)
+    if theory is not None:
+        for speed, style, name in zip(theory.speed.values, ("-", "--"), ("striker's", "wave's"), strict=True):
+            draw.theory_line(axis, theory.ratio, theory.sel(speed=speed), f"Zener, the {name} speed", style)
     axis.set(xlabel="D/t", xlim=(0.0, 9.0))
-
-
-def zener(axis: draw.Axes, values: xr.DataArray) -> None:
-    for speed, style, name in zip(values.speed.values, ("-", "--"), ("striker's", "wave's"), strict=True):
-        draw.theory_line(axis, values.ratio, values.sel(speed=speed), f"Zener, the {name} speed", style)
+    axis.legend()

@@ -5,9 +5,10 @@ between the thesis's own simulations, and that of its experiments.
 """
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import cache
+from itertools import zip_longest
 from math import floor, inf, isnan, log10
 from pathlib import Path
 from textwrap import wrap
@@ -19,7 +20,7 @@ Ours = Case | Mapping[str, Case]
 """A number, a range, whether a statement holds, or words; or one of these for each condition, by its name."""
 
 AGREES, DIFFERS, MISPRINT = VERDICTS = ("agrees", "differs", "misprint")
-HEAD = ("number", "thesis", "hertzlink", "verdict")
+HEAD = {"number": 38, "thesis": 14, "hertzlink": 14, "verdict": 8}  # Columns of a table: their widths in letters.
 WIDTH, INDENT = 80, "    "  # Letters in a line of a table; what a remark begins with.
 
 SIMULATION_ERROR = 1e-3  # Of our own runs, where a tolerance is allowed.
@@ -28,7 +29,6 @@ TOLERANCE = {"equation": 0.0, "simulation": 0.01, "experiment": 0.05, "time": 0.
 NOT_JUDGED = {
     "input": "an input of the thesis, which nothing confirms",
     "undefined": "not defined in the thesis",
-    "reading": "another reading of a number above",
     "other": "not the quantity of the thesis",
 }
 """Kinds of printed numbers without a verdict, and why."""
@@ -94,7 +94,6 @@ class Row(NamedTuple):
     hertzlink: str
     verdict: str
     remark: str
-    off: float = 0.0
 
     @property
     def cells(self) -> tuple[str, str, str, str]:
@@ -110,46 +109,46 @@ def printed(study: str) -> dict[str, Printed]:
 
 def compare(study: str, numbers: Iterable[Number]) -> list[Row]:
     """Return the numbers of a study beside those of the thesis, with verdicts."""
-    known, rows = printed(study), []
+    rows = []
     for number in numbers:
-        line = known.get(number.name)
         first, *others = as_cases(number.ours).items()
-        remarks = [f"{name}: {shown(case)}" for name, case in others]
-        word, off, ours, unit, thesis = "", 0.0, shown(first[1]), number.unit, ""
-        said = [number.remark, *remarks]
-        if line is not None:
-            word, why, off = verdict(line, number.ours)
-            source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
-            said = [source, why, number.remark, line.remark, *remarks]
-            ours = line.corrected if line.kind == "misprint" and word == MISPRINT else ours
-            unit, thesis = line.unit, line.text
-        rows.append(Row(number.name, unit, thesis, ours, word, "; ".join(filter(None, said)), off))
+        ours, conditions = shown(first[1]), [f"{name}: {shown(case)}" for name, case in others]
+        line = printed(study).get(number.name)
+        if line is None:
+            remarks = [number.remark, *conditions]
+            rows.append(Row(number.name, number.unit, "", ours, "", "; ".join(filter(None, remarks))))
+            continue
+        word, why = verdict(line, number.ours)
+        source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
+        conditions = [one for one in conditions if why != f"with {one}"]
+        remarks = [source, why, number.remark, line.remark, *conditions]
+        if line.kind == MISPRINT == word:
+            ours = line.corrected
+        rows.append(Row(number.name, line.unit, line.text, ours, word, "; ".join(filter(None, remarks))))
     return rows
 
 
-def verdict(line: Printed, ours: Ours) -> tuple[str, str, float]:
-    """Return the verdict on a number; the condition under which it agrees, or the right number; by how much it differs.
+def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
+    """Return the verdict on a number, and the condition under which it agrees, the right number, or the difference.
 
     Of several conditions the first must lie within what is printed; of the others, a part of each range.
     """
     if line.kind in NOT_JUDGED:
-        return "", "", 0.0
+        return "", ""
+    if line.kind == MISPRINT:  # ours: whether the printed form fails a check that the corrected one passes
+        return (MISPRINT, f"corrected: {line.corrected}") if ours is True else (DIFFERS, "")
     cases = as_cases(ours)
-    if line.kind == "misprint":  # ours: whether the printed form fails a check that the corrected one passes
-        return (MISPRINT, f"corrected: {line.corrected}", 0.0) if ours is True else (DIFFERS, "", 0.0)
     for place, (name, case) in enumerate(cases.items()):
         # Where digits are cut off, "0.3" reaches up to 0.4: a range that begins there does not agree.
         first, *cut_off = line.ranges
         if agrees(first, case, whole=place == 0) or any(agrees(expected, case) for expected in cut_off):
-            return AGREES, f"with {name}: {shown(case)}" if place else "", 0.0
-    own = next(iter(cases.values()))
-    right = rounded(line.corrected, line.corrected)
+            return AGREES, f"with {name}: {shown(case)}" if place else ""
+    own, right = next(iter(cases.values())), rounded(line.corrected, line.corrected)
     if line.corrected and any(agrees(right, case) for case in cases.values()):
-        return MISPRINT, f"corrected: {line.corrected}", 0.0
+        return MISPRINT, f"corrected: {line.corrected}"
     if line.span and agrees(exact_range(*line.span.split(" to ")), own):
-        return AGREES, f"within what the thesis prints for it, {line.span}", 0.0
-    off = distance(line, own)
-    return DIFFERS, f"by {100.0 * off:+.2g} %" if off else "", off
+        return AGREES, f"within what the thesis prints for it, {line.span}"
+    return DIFFERS, distance(line, own)
 
 
 def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
@@ -162,13 +161,14 @@ def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
     return expected[0] <= high and low <= expected[1]
 
 
-def distance(line: Printed, ours: Case) -> float:
-    """Return how far ours lies from the printed number, relatively, at the end that lies farther away."""
+def distance(line: Printed, ours: Case) -> str:
+    """Return in words how far ours lies from the printed number, at the end that lies farther away."""
     if isinstance(ours, bool | str):
-        return 0.0
+        return ""
     ends = zip((line.low, line.high), as_range(ours), (min, max), strict=True)
     known = [(float(Fraction(end)), value, outer) for end, value, outer in ends if end]
-    return max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
+    off = max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
+    return f"by {100.0 * off:+.2g} %" if off else ""
 
 
 def exact_range(low: str, high: str) -> Range:
@@ -219,17 +219,16 @@ def counts(rows: Iterable[Row]) -> dict[str, int]:
     return {word: words.count(word) for word in VERDICTS}
 
 
-def table(rows: Sequence[Row]) -> str:
+def table(rows: Iterable[Row]) -> str:
     """Return the rows as text, each with its remark below it."""
-    widths = [min(14, max(len(cells[i]) for cells in (HEAD, *(row.cells for row in rows)))) for i in (1, 2, 3)]
-    widths = [WIDTH - sum(widths) - 6, *widths]
-    lines = []
-    for cells, remark in ((HEAD, ""), *((row.cells, row.remark) for row in rows)):
-        columns = [wrap(cell, width) or [""] for cell, width in zip(cells, widths, strict=True)]
-        for i in range(max(map(len, columns))):
-            texts = [column[i] if i < len(column) else "" for column in columns]
-            lines.append("  ".join([texts[0].ljust(widths[0]), *map(str.rjust, texts[1:], widths[1:])]).rstrip())
-        lines += wrap(remark, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
-        if cells is HEAD:
-            lines.append("-" * WIDTH)
+
+    def laid_out(cells: Iterable[str]) -> Iterator[str]:
+        columns = [wrap(cell, width) for cell, width in zip(cells, HEAD.values(), strict=True)]
+        for number, *others in zip_longest(*columns, fillvalue=""):
+            right = map(str.rjust, others, [*HEAD.values()][1:])
+            yield "  ".join([number.ljust(HEAD["number"]), *right]).rstrip()
+
+    lines = [*laid_out(HEAD), "-" * WIDTH]
+    for row in rows:
+        lines += [*laid_out(row.cells), *wrap(row.remark, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)]
     return "\n".join(lines)

@@ -28,16 +28,14 @@ CONTACTS = (10, 16)
 UNTIL, WITH_ECHO, SAVE_EVERY = 165e-6, 300e-6, 0.25e-6
 PASSING = slice(0.4 * UNTIL, 0.8 * UNTIL)  # Times at which the whole wave is inside the chain.
 FITTED_TOP = 0.9  # The top of a pulse, which is fitted, begins at this fraction of its peak.
-MODES = 8
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
 LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s.
 MODELS, NAMES = ("point masses", "modes"), {"point masses": "point masses", "modes": "deformable beads"}
 
 
-def chain(model: str, impact_speed: float, modes: int = MODES, law: hl.ContactLaw | None = None) -> hl.Chain:
-    if model == "point masses":
-        return hl.Chain([BEAD] * BEADS, BEAD, impact_speed)
-    return hl.DeformableChain([BEAD] * BEADS, BEAD, impact_speed, law=law, modes=modes)
+def chain(beads: str, impact_speed: float, law: hl.ContactLaw | None = None) -> hl.Chain:
+    kind = hl.Chain if beads == "point masses" else hl.DeformableChain
+    return kind([BEAD] * BEADS, BEAD, impact_speed, law=law)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -49,35 +47,31 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     every = 4 if quick else 1
     # Compile here, so that no time below includes it.
     hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
-    by_law = shared.over(by_modes, law_spacing=LAW_SPACINGS[::every])
-    both = [by_modes(0.0, 0), by_law.isel(law_spacing=-1, drop=True)]
-    models = xr.concat(both, "model").assign_coords(model=list(MODELS))
-    models["vibration_share"] = models.vibration_share.sel(model="modes", drop=True)
-    series = shared.named(by_law[["peak_force", "wave_speed", "seconds"]], "law")
+    meshes = shared.over(deformable, law_spacing=LAW_SPACINGS[::every])
+    finest, measured = meshes.isel(law_spacing=-1, drop=True), ["peak_force", "wave_speed"]
+    points = measure(hl.CoSimulation(chain(MODELS[0], MESH_SPEED), None).run(UNTIL, SAVE_EVERY))
+    models = xr.concat([points, finest[measured]], "beads").assign_coords(beads=list(MODELS))
     speeds = shared.over(of_speed, beads=MODELS, impact_speed=IMPACT_SPEEDS[::every])
     label = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
     speeds["theory"] = (speeds.peak_force.dims, by_force(speeds.peak_force.values), label)
+    series = shared.named(meshes[[*measured, "seconds"]], "law").assign(vibration_share=finest.vibration_share)
     data = xr.merge([models, series, shared.over(with_echo, beads=MODELS), shared.named(speeds, "speed")])
     return shared.with_units(data, law_spacing="m", impact_speed="m/s", shape_time="s")
 
 
-def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
+def deformable(law_spacing: float) -> xr.Dataset:
     """Return vibration and measures at 0.5 m/s, and the processor time, s, for everything they need.
 
-    law_spacing: of the mesh of the contact law, m. Without modes the beads are point masses.
+    law_spacing: of the mesh of the contact law, m.
     """
     begin = process_time()
-    if modes:
-        law = hl.laws.computed_law(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
-        run = hl.CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, SAVE_EVERY)
-    else:
-        run = hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, SAVE_EVERY)
+    law = hl.laws.computed_law(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
+    run = hl.CoSimulation(chain("modes", MESH_SPEED, law), None).run(UNTIL, SAVE_EVERY)
     seconds = process_time() - begin
-    energy = run.vibration_energy if modes else xr.zeros_like(run.displacement)
-    share = (energy / run.impact_energy).assign_attrs(units="1", long_name="vibration of a bead over the impact")
-    data = measure(run).assign(vibration_share=share)
-    data = data.assign(shared.scalars(seconds=(seconds, "s", "time of the processor")))
-    return data.drop_vars(["impact_energy", "static_force", "centre"], errors="ignore")
+    share = (run.vibration_energy / run.impact_energy).reset_coords(drop=True)
+    share = share.assign_attrs(units="1", long_name="vibration of a bead over the impact")
+    time = shared.scalars(seconds=(seconds, "s", "time of the processor"))
+    return measure(run).assign(time).assign(vibration_share=share)
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -147,9 +141,6 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     said = f"the thesis's own 552.8 at 0.5 m/s gives {552.8 * faster:.0f}"
     yield Number("wave speed at 0.63 m/s, finite elements", soft, said)
     yield Number("wave speed at 0.63 m/s, experiment", soft)
-    ahead = 100.0 * (data.speed_wave_speed / data.speed_theory - 1.0).mean("impact_speed").sel(beads=list(MODELS))
-    shown = "{:+.1f}, {:+.1f}".format(*ahead.values)
-    yield Number("wave speed over equation 1.10, figure 3.5", shown, "point masses, modes: above it at each force", "%")
 
     # Section 3.4.
     (rigid, soft), (slow, slower) = (data[name].values.tolist() for name in ("peak_force", "wave_speed"))
@@ -165,24 +156,22 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     passing = data.vibration_share.sum("bead").sel(time=PASSING)
     said = "of the striker's; nearly all of it is the beads' compression, which the wave takes with it"
     yield Number("energy in vibrations while the wave passes", 100.0 * float(passing.mean()), said, "%")
-    behind = 100.0 * float(data.vibration_share.isel(time=-1).sel(bead=slice(1, 8)).sum())
-    yield Number("energy that beads 1 to 8 keep", behind, "after the wave has passed", "%")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.8 (meshes)."""
     sensors, panels = draw.each(data, "beads", NAMES.__getitem__, ylabels=["mean of the contacts (N)"])
-    for axis, model in panels:
-        draw.lines(axis, model.sensor_force, "shape_time", "sensor", "bead {}", 1e6)
+    for axis, beads in panels:
+        draw.lines(axis, beads.sensor_force, "shape_time", "sensor", "bead {}", 1e6)
         axis.set_xlabel("time (µs)")
     draw.legend_above(sensors, axis, 2)
 
     labels = "peak force at contact 16 (N)", "wave speed (m/s)"
     meshes, axes = draw.panels(2, xlabel="cells where beads touch (µm)", ylabels=labels)
     for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
-        axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
+        axis.axhline(float(data[what].sel(beads="point masses")), color="black", linewidth=0.9, label="point masses")
         axis.plot(1e6 * data.law_spacing, data[f"law_{what}"], label="deformable beads")
-        draw.log_x(axis)
+        draw.logarithmic(axis, "x")
         axis.invert_xaxis()
     draw.legend_above(meshes, axes[0], 2)
     return {"section": section(data), "sensors": sensors, "speed_force": speed_force(data), "meshes": meshes}

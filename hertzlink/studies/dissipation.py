@@ -15,7 +15,6 @@ import hertzlink as hl
 from hertzlink.studies import draw, waves
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import long_waves, sensor_forces, with_units
-from particles.moving import STEPS_PER_CONTACT
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
@@ -29,7 +28,6 @@ DELAY = 1.4  # A damped wave is delayed by less than this factor; no law of this
 # So much stiffer than the beads that a sphere against it is one half of two colliding spheres.
 RIGID = hl.Material(1e25, 0.3, 8000.0, "rigid")
 MEETINGS, MEETING_SENSOR, MEETING_UNTIL = ("at a contact", "at a bead"), 50, 9e-4
-QUICK_STEP = 4.0  # Factor of the step of quick runs: forces change by less than 1e-4.
 YIELD_STRESS = 1e9  # Pa, from Johnson's example of a medium-hard steel; the thesis gives no value.
 
 
@@ -46,7 +44,7 @@ class Loss(NamedTuple):
             return None
         if name == "drag":
             return hl.MassProportional(DRAG_RATE)
-        if name == "thesis, as an acceleration":
+        if name == "as an acceleration":
             return hl.PowerDashpot(self.coefficient * self.bead.mass, self.exponent, "thesis")
         return hl.PowerDashpot(self.coefficient, self.exponent, name)
 
@@ -55,12 +53,9 @@ class Loss(NamedTuple):
         moved = PARTICLE_TO_STRIKER_SPEED * speed
         return DELAY * BEADS * 2.0 * RADIUS / float(long_waves(self.bead).wave_speed_from_particle_speed(moved))
 
-    def simulation(self, law: hl.Dissipation | None, speed: float, step: float) -> hl.CoSimulation:
-        """Return the horizontal chain, free at its end; step in units of the default step."""
-        chain = hl.Chain([self.bead] * BEADS, self.bead, speed, dissipation=law)
-        free = hl.CoSimulation(chain, None)
-        dt = step * free.chain.contact_time / STEPS_PER_CONTACT
-        return free if step == 1.0 else hl.CoSimulation(chain, None, dt=dt)
+    def simulation(self, law: hl.Dissipation | None, speed: float = IMPACT_SPEED) -> hl.CoSimulation:
+        """Return the horizontal chain, free at its end."""
+        return hl.CoSimulation(hl.Chain([self.bead] * BEADS, self.bead, speed, dissipation=law), None)
 
 
 STEEL = Loss(hl.Sphere(RADIUS, hl.STEEL_316), 1.81, 5.58, (0.25, 1.30))
@@ -69,29 +64,28 @@ TABLE_4_1 = {
     "PTFE": Loss(hl.Sphere(RADIUS, replace(hl.PTFE, youngs_modulus=1.46e9)), 1.78, 0.582, (0.14, 0.087)),
     "brass 360": Loss(hl.Sphere(RADIUS, hl.BRASS_360), 1.85, 6.84, (0.13, 0.66)),
 }
-LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
+# The thesis's form, with γ as a force, and three others.
+LAWS = ("undamped", "thesis", "pairwise", "as an acceleration", "drag")
 CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "α+ γ−": (1, -1), "α+ γ+": (1, 1)}
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
 
-    quick: steps four times as long, and three striker speeds instead of eight for the speed over the force.
+    quick: three striker speeds instead of eight for the speed over the force.
     """
-    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
-    step, speeds = (QUICK_STEP, IMPACT_SPEEDS[::3]) if quick else (1.0, IMPACT_SPEEDS)
+    speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
 
-    def of_material(law: str, material: str) -> hl.CoSimulation:
-        of = TABLE_4_1[material]
-        return of.simulation(of.law(law), IMPACT_SPEED, step)
+    def of_material(material: str, law: str) -> hl.CoSimulation:
+        return TABLE_4_1[material].simulation(TABLE_4_1[material].law(law))
 
     def of_corner(shown_speed: float, corner: str) -> hl.CoSimulation:
         (alpha, gamma), signs = STEEL.deviations, CORNERS[corner]
         law = hl.PowerDashpot(STEEL.coefficient + signs[1] * gamma, STEEL.exponent + signs[0] * alpha, "thesis")
-        return STEEL.simulation(law, shown_speed, step)
+        return STEEL.simulation(law, shown_speed)
 
     def of_speed(striker_speed: float, law: str) -> hl.CoSimulation:
-        return STEEL.simulation(STEEL.law(law), striker_speed, step)
+        return STEEL.simulation(STEEL.law(law), striker_speed)
 
     def meeting(meeting: str) -> hl.CoSimulation:
         # A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides rests.
@@ -102,8 +96,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     def with_history(run: xr.Dataset) -> xr.Dataset:
         contacts = run.contact_force.max("time").reset_coords(drop=True)
-        label = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
         force = sensor_forces(run, SHOWN_SENSORS).rename(sensor="shown")
+        label = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
         return peaks(run).assign(force=force, contact_peak=contacts.assign_attrs(label))
 
     def secondary_wave(run: xr.Dataset) -> xr.Dataset:
@@ -111,23 +105,22 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
 
     # All laws in steel with the force over time, and all except the drag in PTFE and brass.
-    parts = [
-        hl.sweep(of_material, of.until(), jobs, with_history if of is STEEL else peaks,
-                 law=LAWS if of is STEEL else LAWS[:-1], material=[name])
+    steel, *others = (
+        hl.sweep(
+            of_material, of.until(), jobs, with_history if of is STEEL else peaks,
+            material=[name], law=LAWS if of is STEEL else LAWS[:-1],
+        )
         for name, of in TABLE_4_1.items()
-    ]  # fmt: skip
-    data = xr.concat([part[["peak", "arrival"]] for part in parts], "material", join="outer").reindex(law=list(LAWS))
-    data = data.assign(parts[0][["force", "contact_peak"]].sel(material="steel 316", drop=True).data_vars)
-    data = data.assign_attrs(parts[0].attrs)
-
+    )  # fmt: skip
+    data = xr.concat([part[["peak", "arrival"]] for part in (steel, *others)], "material", join="outer")
+    data = data.assign(steel[["force", "contact_peak"]].isel(material=0, drop=True).data_vars).assign_attrs(steel.attrs)
     slowest = STEEL.until(min(SHOWN_SPEEDS))
     corners = hl.sweep(of_corner, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
     swept = hl.sweep(of_speed, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
     swept = swept.sel(sensor=list(SENSORS)).rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor")
     met = hl.sweep(meeting, MEETING_UNTIL, jobs, secondary_wave, meeting=MEETINGS)
-    others = [corners.rename(peak="corner_peak").drop_vars("arrival"), swept, met]
-    data = xr.merge([data, *others], join="outer", combine_attrs="override")
-    return with_units(data, shown_speed="m/s", striker_speed="m/s")
+    found = [data, corners.rename(peak="corner_peak").drop_vars("arrival"), swept, met]
+    return with_units(xr.merge(found, join="outer", combine_attrs="override"), shown_speed="m/s", striker_speed="m/s")
 
 
 def peaks(run: xr.Dataset) -> xr.Dataset:
@@ -141,11 +134,11 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
     beads, top = np.arange(1, force.shape[0] + 1), force.argmax(axis=1)
     before, peak, after = (force[beads - 1, top + shift] for shift in (-1, 0, 1))
     share = 0.5 * (before - after) / (before - 2.0 * peak + after)
-    step = float(run.time[1] - run.time[0])
+    arrival = float(run.time[1] - run.time[0]) * (top + share)
     return xr.Dataset(
         {
             "peak": ("sensor", peak - 0.25 * (before - after) * share, {"units": "N", "long_name": "peak force"}),
-            "arrival": ("sensor", step * (top + share), {"units": "s", "long_name": "time of the peak"}),
+            "arrival": ("sensor", arrival, {"units": "s", "long_name": "time of the peak"}),
         },
         coords={"sensor": beads},
     )
@@ -178,19 +171,15 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     # Table 4.1, and what is left of the wave at bead 56 of that at bead 9 by three readings of it.
     for name, of in TABLE_4_1.items():
         yield Number(f"mass, {name}", of.bead.mass * 1e3)
-        yield Number(f"α and γ, {name}", f"{of.exponent}, {of.coefficient:g}")
-        for law, words in (
-            ("thesis", "γ as a force"),
-            ("thesis, as an acceleration", "γ as an acceleration"),
-            ("pairwise", "pairwise form"),
-        ):
-            first, last = data.peak.sel(material=name, law=law, sensor=[9, 56]).values.tolist()
-            yield Number(f"F(56)/F(9), {name}, {words}", last / first, f"{first:.4g} N and {last:.4g} N")
-    yield Number("α₁, steel 316", DRAG_RATE)
+        ends = data.peak.sel(material=name, law=list(LAWS[1:4]))
+        force, pairwise, acceleration = (ends.sel(sensor=56) / ends.sel(sensor=9)).values
+        said = (
+            f"F(56)/F(9) with γ as a force {force:.4g}, as an acceleration {acceleration:.4g}, pairwise {pairwise:.4g}"
+        )
+        yield Number(f"α and γ, {name}", f"{of.exponent}, {of.coefficient:g}", said)
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
-    drag = ", ".join(f"{value:.1f}" for value in steel.sel(law="drag").values)
-    at_nine = float(steel.sel(law="undamped", sensor=9))
-    yield Number("forces at the sensors with α₁", drag, f"undamped {at_nine:.1f}", "N")
+    drag, plain = ", ".join(f"{value:.1f}" for value in steel.sel(law="drag").values), steel.sel(law="undamped")
+    yield Number("α₁, steel 316", DRAG_RATE, f"forces at the sensors {drag} N, for {float(plain[0]):.1f} N without it")
     yield Number("exponent of speed over force, undamped", waves.power_exponent(*forces_and_speeds(data, "undamped")))
     lossy = waves.power_exponent(*forces_and_speeds(data, "thesis"))
     yield Number("exponent of speed over force, thesis's law", lossy)
@@ -198,7 +187,6 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("speed from which beads yield", yield_speed(STEEL.bead))
     contact, bead = data.secondary.sel(meeting=list(MEETINGS)).values.tolist()
     yield Number("secondary wave after waves meet at a contact", {"": contact, "at a bead": bead})
-    yield Number("secondary wave after waves meet at a bead", bead)
     undamped = data.sel(law="undamped")
     at_centres = formation(undamped.peak.sel(material="steel 316"))
     said = f"until peak contact forces stay within 1 %; forces at bead centres after {at_centres}"

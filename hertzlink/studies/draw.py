@@ -120,27 +120,19 @@ def intensity_map(force: xr.DataArray, over: str, label: str, factor: float) -> 
     look: dict[str, Any] = {"cmap": "inferno", "shading": "nearest", "rasterized": True}
     mesh = axis.pcolormesh(shown.time.values * 1e6, values, shown.values, **look)
     axis.grid(visible=False)
-    axis.set(yscale="log", xlabel="time (µs)", ylabel=label)
-    _plain_numbers(axis.yaxis)
+    axis.set(xlabel="time (µs)", ylabel=label)
+    logarithmic(axis, "y")
     figure.colorbar(mesh, ax=axis, label="force at the sensor (N)")
     return figure
 
 
-def log_x(axis: Axes) -> None:
-    """Make x logarithmic with plain numbers at 1, 2 and 5 of each decade."""
-    axis.set_xscale("log")
-    _plain_numbers(axis.xaxis)
-
-
-def logarithmic(axis: Axes) -> None:
-    axis.set(xscale="log", yscale="log")
-    _plain_numbers(axis.xaxis)
-    _plain_numbers(axis.yaxis)
-
-
-def _plain_numbers(axis: "Axis") -> None:
+def logarithmic(axis: Axes, which: str = "xy") -> None:
+    """Make x, y or both logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
+    for name in which:
+        axis.set(**{f"{name}scale": "log"})
+        ticks: Axis = getattr(axis, f"{name}axis")
+        ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ticks.set_major_formatter("{x:g}")
+        ticks.set_minor_formatter(NullFormatter())

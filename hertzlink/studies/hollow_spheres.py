@@ -1,7 +1,6 @@
 """Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -23,12 +22,12 @@ THIN = 0.908
 PRINTED_MASS = 2.38e-3  # kg, of a sphere of the ratio THIN (section 2.1).
 BEADS, SENSORS, IMPACT_SPEED = 29, (12, 19), 0.32
 # N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only.
-FORCES = tuple(np.geomspace(2.0, 40.0, 9))
+FORCES = np.geomspace(2.0, 40.0, 9)
 APPROACHES = np.geomspace(1e-6, 20e-6, 21)
 # m: a least-squares fit over this range gives the thesis's pairs of k and n from finite elements (errata).
 FITTED_RANGE = (0.2e-6, 10e-6)
 UNTIL = 2.5e-3  # Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres.
-CASES = ("mass from geometry", "printed mass", "printed mass, gravity", "law of hertzlink")
+CASES = ("mass from geometry", "hertzlink's own law", "printed mass", "printed mass, gravity")
 
 
 def particle(ratio: float) -> hl.Sphere | hl.HollowSphere:
@@ -45,40 +44,33 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return speed, peak force and width of waves over the striker, by wall; the thesis's cases; contact laws.
 
     The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
-    three of nine striker speeds. jobs: 1 by default, because starting processes takes longer than the runs.
+    three of nine striker speeds. jobs: always one process.
     """
-    jobs, forces = jobs or 1, FORCES[::4] if quick else FORCES
+    forces = FORCES[::4] if quick else FORCES
 
     def case_of_the_thesis(case: str) -> hl.CoSimulation:
         bead = of_mass(particle(THIN), PRINTED_MASS) if case.startswith("printed mass") else particle(THIN)
-        law = None if case == "law of hertzlink" else TABLE_5_1[THIN]
+        law = None if case == "hertzlink's own law" else TABLE_5_1[THIN]
         gravity = 9.81 if case.endswith("gravity") else 0.0  # it needs a floor
         chain = hl.Chain([bead] * BEADS, bead, IMPACT_SPEED, gravity, law=law)
         return hl.CoSimulation(chain, hl.half_space(METAL) if gravity else None)
 
-    curves = {r: waves.Curve((particle(r),) * 2, law, law, forces) for r, law in TABLE_5_1.items()}
-    data = waves.run_curves("ratio", curves, BEADS, SENSORS, UNTIL, jobs, APPROACHES).rename(force="table_force")
+    curves = {}
+    for ratio, law in TABLE_5_1.items():
+        bead = particle(ratio)
+        curves[ratio] = waves.Curve((bead, bead), law, waves.striker_speeds(bead, law, forces), of_pair=law)
+    data = waves.run_curves("ratio", curves, BEADS, SENSORS, UNTIL, APPROACHES).rename(force="table_force")
     label = {"units": "N", "long_name": "contact law of hertzlink"}
     data["force"] = (("ratio", "approach"), [law_of(ratio).force(APPROACHES) for ratio in TABLE_5_1], label)
-    measure = partial(waves.passage, first=SENSORS[0], second=SENSORS[1])
-    cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
+    cases = waves.swept(case_of_the_thesis, UNTIL, SENSORS, case=CASES)
     return with_units(data.merge(named(cases, "case")), ratio="1")
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    # Table 5.1 compared with Hertz in series with Reissner's shell.
-    yield Number("mass of a hollow sphere", particle(THIN).mass * 1e3)
-    yield Number("k, Ri/Ro 0", law_of(0.0).kernel[0] * 1e-9)
-    for ratio, printed in TABLE_5_1.items():
-        fit = waves.power_fit(law_of(ratio), *FITTED_RANGE, relative=False)
-        said = f"of a fit over 0.2 to 10 µm, k = {fit.stiffness:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}"
-        yield Number(f"exponent n, Ri/Ro {ratio:g}", fit.exponent, said)
-
     # The wave of figure 5.14a.
-    plain, lighter, gravity, computed = data.case_wave_speed.sel(case=list(CASES)).values.tolist()
-    others = f"printed mass {lighter:.1f}, with gravity {gravity:.1f}"
-    yield Number("wave speed, discrete particles", {"": plain, "hertzlink's own law": computed}, others)
-    yield Number("wave speed, hertzlink's own law", computed)
+    yield Number("mass of a hollow sphere", particle(THIN).mass * 1e3)
+    plain, *others = data.case_wave_speed.sel(case=list(CASES)).values.tolist()
+    yield Number("wave speed, discrete particles", {"": plain, **dict(zip(CASES[1:], others, strict=True))})
     yield Number("wave speed, finite elements", plain)
     yield Number("wave speed, experiment", plain)
     thin = TABLE_5_1[THIN]

@@ -4,11 +4,10 @@ Cramér–Rao bounds of a plate's distance to its edge and thickness, and of the
 the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import ceil, pi
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -35,12 +34,8 @@ MEASURED: dict[str, tuple[int, ...]] = {
     FEATURES: (7,), "bead 7": (7,), "bead 13": (13,), "bead 16": (16,), "beads 7 and 13": (7, 13),
 }  # fmt: skip
 DRAWS = 16  # Noisy traces from which the errors of AR and TOF are taken: exact to 18 %.
-
-# A clamped edge. What is not known; the others are known exactly.
-EDGE_UNKNOWNS = ("distance", "thickness", "impact_speed")
-EDGE_FREE: dict[str, tuple[str, ...]] = {
-    "all": EDGE_UNKNOWNS, "distance and thickness": EDGE_UNKNOWNS[:2], "distance": EDGE_UNKNOWNS[:1],
-}  # fmt: skip
+# What is not known, here of a clamped edge: all of it, or the first alone.
+EDGE_UNKNOWNS, FREE = ("distance", "thickness", "impact_speed"), ("all", "alone")
 CHECKED = (0.06, 0.16)  # m, the distances of the table.
 DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 14)), *CHECKED}))
 THICKNESSES, DIAMETERS = (2.29e-3, 3.0e-3, 4.83e-3), (4.76e-3, 9.53e-3)
@@ -48,16 +43,13 @@ MAIN_DIAMETER, MAIN_THICKNESS = 9.53e-3, 4.83e-3
 
 # The modulus of the plate is not known either. The contact's stiffness is known, or follows from it, as a half-space's.
 NEAR = (0.01, 0.0125, 0.015, 0.02, 0.03, 0.06)  # m.
-MATERIAL_UNKNOWNS = ("distance", "thickness", "youngs_modulus")
 KNOWN, OF_PLATE = "known", "of the plate"
 # Relative changes of d, t and E that statics near the edge weighs, w = const. d²F/D with D ∝ E t³; and those that
 # leave the plate's impedance, E t⁴, and the time of its echo, d⁴/E t², as they are.
 STATICS, UNSEEN = np.array([2.0, -3.0, -1.0]), np.array([0.125, -0.25, 1.0])
 
 # A bond below a layer, on steel with a fixed base.
-BOND_UNKNOWNS = ("bond_stiffness", "thickness", "impact_speed")
-BOND_FREE: dict[str, tuple[str, ...]] = {"all": BOND_UNKNOWNS, "bond_stiffness": BOND_UNKNOWNS[:1]}
-BOND_MEASURED = {"bead 7": (7,), "beads 7 and 13": (7, 13)}
+BOND_SENSORS = (7, 13)
 ROD_RADIUS, LOWER, ROD_BEAD = 9.525e-3, 50.8e-3, hl.Sphere(4.765e-3, hl.STEEL_440C)
 # Thickness of the bond, m, and epoxy's density and Poisson's ratio, which do not matter.
 GLUE, GLUE_DENSITY, GLUE_POISSON = 0.1e-3, 1200.0, 0.35
@@ -74,13 +66,27 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     distances, thicknesses = ((0.01, 0.03, *CHECKED), THICKNESSES[-1:]) if quick else (DISTANCES, THICKNESSES)
     near, uppers = ((0.0125, 0.06), (6.1e-3, 24.7e-3)) if quick else (NEAR, UPPER_THICKNESSES)
     bonds = (3e10, 3e11, 3e13) if quick else BOND_STIFFNESSES
-    jobs = 1 if quick and jobs is None else jobs
-    data = edges(jobs, distances, thicknesses).merge(over(combinations, jobs, contact=(KNOWN, OF_PLATE), near=near))
+    data = over(edge_errors, jobs, diameter=DIAMETERS, distance=distances, thickness=thicknesses)
+    data = data.merge(over(combinations, jobs, contact=(KNOWN, OF_PLATE), near=near))
     data = data.merge(over(bond_errors, jobs, upper=list(UPPERS), upper_thickness=uppers, bond_stiffness=bonds))
     return with_units(
         data, distance="m", near="m", thickness="m", diameter="m", record="s",
         upper_thickness="m", bond_stiffness="N/m3",
     )  # fmt: skip
+
+
+def designed(
+    build: Callable[..., hl.CoSimulation], values: Mapping[str, float], sensors: Iterable[int],
+    until: float = max(RECORDS), noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
+) -> Design:  # fmt: skip
+    """Return the traces and their derivatives, with a gain for each sensor and a time zero that are not known."""
+    with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
+        return Design(build, values, sensors, until, (GAIN, TIME_ZERO), noise, sample_every)
+
+
+def half_widths(derivatives: xr.DataArray, unknowns: Sequence[str]) -> list[float]:
+    """Return the half-widths of the first unknown: the others are not known either, or are known (FREE)."""
+    return [SETTINGS.deviations * bounds_of(derivatives, known)[0][unknowns[0]] for known in ((), unknowns[1:])]
 
 
 def edge_case(
@@ -96,60 +102,53 @@ def edge_case(
     return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, impact_speed), plate)
 
 
-def edge_design(
-    diameter: float, values: Mapping[str, float], noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
-    contact: str = KNOWN,
-) -> Design:  # fmt: skip
+def edge_design(diameter: float, values: Mapping[str, float], contact: str = KNOWN, **how: float) -> Design:
     """Return the design of one plate, for all sensors and the longest record."""
 
     def build(**unknowns: float) -> hl.CoSimulation:
         return edge_case(diameter, **unknowns, contact=contact)
 
-    sensors = {n for group in MEASURED.values() for n in group}
-    with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
-        return Design(build, values, sensors, max(RECORDS), (GAIN, TIME_ZERO), noise, sample_every)
+    return designed(build, values, {n for group in MEASURED.values() for n in group}, **how)
 
 
-def edges(jobs: int | None, distances: Sequence[float], thicknesses: Sequence[float]) -> xr.Dataset:
-    """Return the half-widths over the distance, the thickness, the beads and what is measured."""
-    axes = {"record": RECORDS, "measured": [*MEASURED], "free": [*EDGE_FREE], "unknown": EDGE_UNKNOWNS}
-
-    def errors(diameter: float, distance: float, thickness: float) -> xr.Dataset:
-        design = edge_design(diameter, dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True)))
-        waveform = design.waveform()
-        features = design.features(sensors=MEASURED[FEATURES], until=RECORDS[0], draws=DRAWS)
-        widths = np.full([len(places) for places in axes.values()], np.nan)
-        for (j, record), (k, sensors) in product(enumerate(RECORDS), enumerate(MEASURED.values())):
-            of_trace = waveform.sel(sensor=list(sensors), time=slice(None, record))
-            widths[j, k] = half_widths(of_trace if k else features, EDGE_FREE)
-        return labelled("edge_error", widths, axes)
-
-    return over(errors, jobs, diameter=DIAMETERS, distance=distances, thickness=thicknesses)
+def edge_errors(diameter: float, distance: float, thickness: float) -> xr.Dataset:
+    """Return the half-widths of the distance over the record, what is measured, and what is not known."""
+    design = edge_design(diameter, dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True)))
+    waveform = design.waveform()
+    features = design.features(sensors=MEASURED[FEATURES], until=RECORDS[0], draws=DRAWS)
+    widths = [
+        [
+            half_widths(
+                features if what == FEATURES else waveform.sel(sensor=list(sensors), time=slice(None, record)),
+                EDGE_UNKNOWNS,
+            )
+            for what, sensors in MEASURED.items()
+        ]
+        for record in RECORDS
+    ]
+    return labelled("edge_error", widths, record=RECORDS, measured=list(MEASURED), free=FREE)
 
 
 def combinations(contact: str, near: float) -> xr.Dataset:
-    """Return the 95 % half-widths of the eigenvectors of the information, best first, these in rows, and the
-    correlations: of relative changes of distance, thickness and modulus, by the trace of bead 7 in the shorter record.
+    """Return the half-widths of the eigenvectors of the information, best first, and these in rows: of relative changes
+    of distance, thickness and modulus, by the trace of bead 7 in the shorter record.
 
     The impact speed, the gain and time zero are not known either.
     """
-    values = (near, MAIN_THICKNESS, hl.ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
-    unknowns = dict(zip((*MATERIAL_UNKNOWNS, "impact_speed"), values, strict=True))
-    waveform = edge_design(MAIN_DIAMETER, unknowns, contact=contact).waveform()
-    bounds, correlation = bounds_of(waveform.sel(sensor=[7], time=slice(None, RECORDS[0])))
+    values = {"distance": near, "thickness": MAIN_THICKNESS, "youngs_modulus": hl.ALUMINIUM_6061.youngs_modulus}
+    design = edge_design(MAIN_DIAMETER, values | {"impact_speed": IMPACT_SPEED}, contact)
+    bounds, correlation = bounds_of(design.waveform().sel(sensor=[7], time=slice(None, RECORDS[0])))
     root, correlated = np.array([*bounds.values()])[:3], correlation.values[:3, :3]
     size, vectors = np.linalg.eigh(correlated * np.outer(root, root))
-    combined = (vectors * np.sign(vectors[0])).T
-    errors, places = SETTINGS.deviations * np.sqrt(size), {"combination": ("best", "middle", "worst")}
-    data = labelled("combination_error", errors, places)
-    return data.assign(
-        combination_of=(("combination", "of"), combined, {"units": "1", "long_name": "part in the combination"}),
-        correlation=(("of", "other"), correlated, {"units": "1", "long_name": "correlation of the estimates"}),
-    ).assign_coords(of=list(MATERIAL_UNKNOWNS), other=list(MATERIAL_UNKNOWNS))
+    which = ["best", "middle", "worst"]
+    data = labelled("combination_error", SETTINGS.deviations * np.sqrt(size), combination=which)
+    label = {"units": "1", "long_name": "part in the combination"}
+    of = (("combination", "of"), (vectors * np.sign(vectors[0])).T, label)
+    return data.assign(combination_of=of).assign_coords(of=list(values))
 
 
 def bond_errors(upper: str, upper_thickness: float, bond_stiffness: float) -> xr.Dataset:
-    """Return 95 % half-widths as parts of the values: measured × free × unknowns; NaN for what is known.
+    """Return the half-widths of the bond's stiffness over what is not known, too.
 
     The mesh is the same for all runs, so that derivatives are those of the rod alone. bond_stiffness: N/m³.
     """
@@ -163,23 +162,12 @@ def bond_errors(upper: str, upper_thickness: float, bond_stiffness: float) -> xr
         chain = hl.Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed)
         return hl.CoSimulation(chain, hl.rod(layers, "fixed", elements))
 
-    values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, upper_thickness, IMPACT_SPEED), strict=True))
-    with collected():
-        design = Design(build, values, (7, 13), RECORDS[0], (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY)
-        waveform = design.waveform()
-    widths = [half_widths(waveform.sel(sensor=list(beads)), BOND_FREE) for beads in BOND_MEASURED.values()]
-    axes = {"bond_measured": [*BOND_MEASURED], "bond_free": [*BOND_FREE], "bond_unknown": BOND_UNKNOWNS}
-    return labelled("bond_error", np.array(widths), axes)
+    values = {"bond_stiffness": bond_stiffness, "thickness": upper_thickness, "impact_speed": IMPACT_SPEED}
+    waveform = designed(build, values, BOND_SENSORS, RECORDS[0]).waveform()
+    return labelled("bond_error", half_widths(waveform, list(values)), bond_free=FREE)
 
 
-def half_widths(derivatives: xr.DataArray, free: Mapping[str, tuple[str, ...]]) -> Vector:
-    """Return 95 % half-widths: what is free × unknowns; NaN for what is known."""
-    known = [[name for name in free["all"] if name not in names] for names in free.values()]
-    bounds = [bounds_of(derivatives, names)[0] for names in known]
-    return np.array([[SETTINGS.deviations * bound.get(name, np.nan) for name in free["all"]] for bound in bounds])
-
-
-def labelled(name: str, values: Vector, axes: Mapping[str, Sequence[Any]]) -> xr.Dataset:
+def labelled(name: str, values: Vector | Sequence[object], **axes: Sequence[object]) -> xr.Dataset:
     label = {"units": "1", "long_name": "half of the 95 % interval"}
     return xr.Dataset({name: (tuple(axes), values, label)}, {axis: list(places) for axis, places in axes.items()})
 
@@ -187,8 +175,8 @@ def labelled(name: str, values: Vector, axes: Mapping[str, Sequence[Any]]) -> xr
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     """Yield the half-widths of distances, combinations and bonds; `blind` where they exceed half of the value."""
     for diameter, distance, what in product((MAIN_DIAMETER, DIAMETERS[0]), CHECKED, MEASURED):
-        case = data.sel(diameter=diameter, thickness=MAIN_THICKNESS, distance=distance, measured=what)
-        (short, long), alone = (case.edge_error.sel(free=f, unknown="distance").values for f in ("all", "distance"))
+        case = data.edge_error.sel(diameter=diameter, thickness=MAIN_THICKNESS, distance=distance, measured=what)
+        (short, long), alone = (case.sel(free=free).values for free in FREE)
         name = f"distance {1e3 * distance:.0f} mm, D {1e3 * diameter:.2f}, {what}"
         why = "two numbers cannot give three unknowns" if what == FEATURES else f"record of 2.8 ms: {percent(long)}"
         yield Number(name, percent(short), f"{why}; the distance alone: {percent(alone[0])}")
@@ -205,11 +193,10 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("known: cosine of worst and what no motion shows", min(cosine(v, UNSEEN) for v in worst), said)
 
     for upper, thickness in product(data.upper.values.tolist(), data.upper_thickness.values):
-        at = data.bond_error.sel(upper=upper, upper_thickness=thickness, bond_measured="beads 7 and 13")
-        bond = at.sel(bond_unknown="bond_stiffness")
+        bond = data.bond_error.sel(upper=upper, upper_thickness=thickness)
         good = bond.bond_stiffness.values[bond.sel(bond_free="all").values <= BLIND]
         reach = f"{max(good):.0e} N/m³" if good.size else "none of the map"
-        least, alone = map(percent, bond.sel(bond_stiffness=EPOXY, bond_free=["all", "bond_stiffness"]).values)
+        least, alone = map(percent, bond.sel(bond_stiffness=EPOXY, bond_free=list(FREE)).values)
         # The contact's tangent stiffness over the rod's area, at the peak of a bead's collision.
         layer, stiffness = UPPERS[upper].youngs_modulus / thickness, wall_stiffness(ROD_BEAD, UPPERS[upper])
         approach = (1.25 * ROD_BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED) ** 2 / stiffness) ** 0.4
@@ -231,31 +218,27 @@ def cosine(vector: Vector, pattern: Vector) -> float:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the maps of the half-widths: of the distance for each record, and of the bond; blind regions hatched."""
     drawn = {f"distance_{1e3 * record:.1f}_ms": distance_map(data.sel(record=record)) for record in data.record.values}
-    figure, axes = draw.panels(data.bond_measured.size, 4.4, 3.1, sharey=True, rows=data.upper.size)
-    pairs = product(data.upper.values, data.bond_measured.values)
-    for axis, (upper, what) in zip(axes, pairs, strict=True):
-        errors = data.bond_error.sel(upper=upper, bond_measured=what, bond_free="all", bond_unknown="bond_stiffness")
+    figure, axes = draw.panels(data.upper.size, 4.4, 3.1, sharey=True, ylabels=["upper layer (mm)"])
+    for axis, upper in zip(axes, data.upper.values, strict=True):
+        errors = data.bond_error.sel(upper=upper, bond_free="all")
         half_width_map(axis, errors.assign_coords(bond_stiffness=1e-12 * errors.bond_stiffness), "upper_thickness")
         layer = 1e-12 * UPPERS[str(upper)].youngs_modulus / data.upper_thickness.values
-        label = "stiffness of the layer, E/L"
-        limits = axis.get_xlim()
+        limits, label = axis.get_xlim(), "stiffness of the layer, E/L"
         axis.plot(layer, range(layer.size), "-", color="firebrick", linewidth=1.8, label=label)
-        axis.set(title=f"{upper} on steel, {what}", xlim=limits, ylabel="upper layer (mm)")
-        axis.set_xlabel("stiffness of the bond (N/µm/mm²)")
-    legend(figure, axes, "95 % half-width of the bond's stiffness")
+        axis.set(title=f"{upper} on steel, beads 7 and 13", xlim=limits, xlabel="stiffness of the bond (N/µm/mm²)")
+    legend(figure, axes, "95 % half-width\nof the bond's stiffness")
     return {**drawn, "bond": figure}
 
 
 def distance_map(data: xr.Dataset) -> draw.Figure:
-    figure, axes = draw.panels(len(MEASURED), 2.2, 2.3, sharey=True, rows=data.diameter.size)
+    figure, axes = draw.panels(
+        len(MEASURED), 2.2, 2.3, sharey=True, rows=data.diameter.size, ylabels=["plate (mm)"], xlabel="distance (mm)"
+    )
     for axis, (diameter, what) in zip(axes, product(data.diameter.values, MEASURED), strict=True):
-        free = "distance" if what == FEATURES else "all"
-        errors = data.edge_error.sel(diameter=diameter, measured=what, free=free, unknown="distance")
+        errors = data.edge_error.sel(diameter=diameter, measured=what, free=FREE[what == FEATURES])
         half_width_map(axis, errors.assign_coords(distance=1e3 * errors.distance), "thickness")
         title = f"{what}\n(distance alone unknown)" if what == FEATURES else what
         axis.set_title(f"{title}, D {1e3 * diameter:.2f}", fontsize="small")
-        axis.set_xlabel("distance (mm)")
-    axes[0].set_ylabel("plate (mm)")
     legend(figure, axes, "95 % half-width\nof the distance")
     record = f"record of {1e3 * float(data.record):.1f} ms, white noise of 1 %"
     figure.suptitle(f"Clamped edge of an aluminium plate; {record}", fontsize=11)
@@ -268,17 +251,14 @@ def half_width_map(axis: draw.Axes, errors: xr.DataArray, rows: str) -> None:
 
     (across,) = (str(name) for name in errors.dims if name != rows)
     shown = errors.transpose(rows, across)
-    logs = np.log(shown[across].values)
-    middle = 0.5 * (logs[1:] + logs[:-1])
-    ends = np.exp(np.concatenate([[2.0 * logs[0] - middle[0]], middle, [2.0 * logs[-1] - middle[-1]]]))
-    places = np.arange(shown.sizes[rows] + 1) - 0.5
-    axis.set(facecolor="0.85", xscale="log")
-    seen = np.where(shown.values <= BLIND, shown.values, np.nan)
-    axis.pcolormesh(ends, places, seen, cmap="viridis", norm=LogNorm(1e-3, BLIND), zorder=1.5)
+    draw.logarithmic(axis, "x")
+    axis.set_facecolor("0.85")
     axis.patch.set(hatch="////", edgecolor="0.55")
     axis.grid(visible=False)
-    axis.set_yticks(places[1:] - 0.5, [f"{1e3 * row:.3g}" for row in shown[rows].values])
-    draw.log_x(axis)
+    seen, places = shown.where(shown <= BLIND), np.arange(shown.sizes[rows])
+    look = draw.Look(shading="nearest", cmap="viridis", norm=LogNorm(1e-3, BLIND), zorder=1.5)
+    axis.pcolormesh(shown[across], places, seen, **look)
+    axis.set_yticks(places, [f"{1e3 * row:.3g}" for row in shown[rows].values])
 
 
 def legend(figure: draw.Figure, axes: list[draw.Axes], label: str) -> None:

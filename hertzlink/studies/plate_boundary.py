@@ -218,7 +218,7 @@ def over_distance(data: xr.Dataset, values: xr.DataArray, label: str) -> draw.Fi
         xlabel="distance from the clamped edge (mm)", ylabels=[label],
     )  # fmt: skip
     for axis, bead in panels:
-        draw.log_x(axis)
+        draw.logarithmic(axis, "x")
         for i, thickness in enumerate(THICKNESSES):
             case, colour = bead.sel(thickness=thickness), draw.COLOURS[i]
             curve, (low, high) = case.shown.isel(distance=case.sampled.values), case.bracket.values * 1e3

@@ -15,14 +15,12 @@ LENGTHS = (*np.geomspace(6.35e-3, 101.6e-3, 25), *np.geomspace(101.6e-3, 609.6e-
 SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3, 304.8e-3, 609.6e-3)
 
 
-def stack(length: float) -> list[hl.Layer]:
-    return [hl.Layer(STEEL, length, RADIUS)]
-
-
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
-    lengths, solids = (LENGTHS[::4], SOLID_LENGTHS[::4]) if quick else (LENGTHS, SOLID_LENGTHS)
-    return rods.over_lengths(stack, lengths, solids, quick, jobs)
+    every = 4 if quick else 1
+    return rods.over_lengths(
+        lambda length: [hl.Layer(STEEL, length, RADIUS)], LENGTHS[::every], SOLID_LENGTHS[::every], jobs
+    )
 
 
 def characteristic_length(bead: hl.Sphere = shared.BEAD) -> float:
@@ -31,17 +29,14 @@ def characteristic_length(bead: hl.Sphere = shared.BEAD) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    ratios, flights = data.amplitude_ratio.sel(wave="primary"), data.time_of_flight.sel(wave="primary")
-    middle = ratios.sel(dashpot=shared.DASHPOT)
+    ratios, flights = (data[name].sel(wave="primary") for name in (rods.RATIO, rods.FLIGHT))
+    middle, flight = ratios.sel(dashpot=shared.DASHPOT), 1e6 * flights.sel(dashpot=shared.DASHPOT)
     yield Number("AR, all lengths", {"": rods.ends(middle), rods.OPEN: rods.ends(ratios)})
     yield Number("AR, short cylinder", rods.over_dashpots(ratios.isel(length=0)))
     yield Number("AR, long cylinder", rods.over_dashpots(ratios.isel(length=-1)))
-    lost = {
-        f"γ = {d:g} N s/m": rods.lost(ratios.sel(dashpot=d))
-        for d in (shared.DASHPOT, shared.DASHPOTS[0], shared.DASHPOTS[-1])
-    }
-    yield Number("AR lost over the lengths", lost)
-    yield Number("TOF, all lengths", rods.ends(flights.sel(dashpot=shared.DASHPOT), 1e6))
+    low, high = (rods.lost(ratios.sel(dashpot=dashpot)) for dashpot in (shared.DASHPOTS[0], shared.DASHPOTS[-1]))
+    yield Number("AR lost over the lengths", {"": rods.lost(middle), rods.OPEN: (min(low, high), max(low, high))})
+    yield Number("TOF, all lengths", rods.ends(flight))
     heavier = hl.Sphere(shared.BEAD.radius, replace(STEEL, density=8000.0))
     lengths = {"7800 kg/m³ of Table 2.1": characteristic_length(), "8000 kg/m³": characteristic_length(heavier)}
     yield Number("characteristic length c T_c/2", lengths)
@@ -49,8 +44,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     # The pulse at the sensor: its peak, and its foot at 5 % of the peak.
     force = data.sensor_force.sel(sensor=shared.SENSOR).isel(length=0)
     time, values = force.time.values * 1e6, force.values
-    incident = int(values[time < 300.0].argmax())
-    arrival = time[incident] + float(flights.sel(dashpot=shared.DASHPOT)[0]) * 1e6
+    arrival = time[int(values[time < 300.0].argmax())] + float(flight[0])
     top = int(np.searchsorted(time, arrival))
     foot = time[np.flatnonzero(values[:top] < 0.05 * values[top])[-1]]
     yield Number("arrival of the primary wave, from impact", {"": arrival, "the foot of the pulse": float(foot)})
@@ -58,20 +52,18 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     secondary = float(data.amplitude_ratio.sel(wave="secondary", dashpot=shared.DASHPOT).fillna(0.0).max())
     yield Number("secondary wave", secondary)
     solids = data.solid_amplitude_ratio.sel(wave="primary").values
-    apart = float(abs(rods.beyond_rod(data, "amplitude_ratio")).max())
-    said = f"AR {solids[0]:.3f} to {solids[-1]:.3f}, within {apart:.3f} of the rods'"
+    apart, later = (rods.beyond_rod(data, name) for name in (rods.RATIO, rods.FLIGHT))
+    said = f"AR {solids[0]:.3f} to {solids[-1]:.3f}, within {float(abs(apart).max()):.3f} of the rods'; TOF "
+    said += f"{1e6 * float(later.mean()):+.2f} µs: Hertz's half-space reaches beyond the cylinder's side"
     yield Number("AR, axisymmetric", 100.0 * float(1.0 - solids[-1] / solids[0]), said)
-    later = float(rods.beyond_rod(data, "time_of_flight").mean()) * 1e6
-    why = "Hertz's half-space reaches beyond the cylinder's side: half as much at twice the radius, the same with ν = 0"
-    yield Number("TOF, axisymmetric less 1-D", later, why, "µs")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
     label = "length of the steel cylinder (mm)"
     figure, axes = draw.panels(2, width=3.9, height=3.4)
-    rods.against_length(axes[0], data, "time_of_flight", "primary", "TOF (µs)", label)
-    rods.against_length(axes[1], data, "amplitude_ratio", "primary", "AR", label)
+    rods.against_length(axes[0], data, rods.FLIGHT, "primary", "TOF (µs)", label)
+    rods.against_length(axes[1], data, rods.RATIO, "primary", "AR", label)
     theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, STEEL)))
     draw.theory_line(axes[0], 1e3 * data.length[[0, -1]], [theory, theory], "theory of contact times")
     for axis in axes:

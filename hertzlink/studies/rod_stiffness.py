@@ -11,11 +11,9 @@ import hertzlink as hl
 from hertzlink.studies import draw, rods, shared
 from hertzlink.studies.compare import Case, Number
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from structures.structure import Vector
 
 STEEL, LENGTH, RADIUS = hl.STEEL_440C, 76.2e-3, 19.1e-3
-MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
-BODIES = ("cylinder", "half-space")  # Compared with the rod.
+MODULI = np.geomspace(1.0e9, 210.0e9, 61)
 WALLS = {"steel": STEEL, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
 TIME_CONSTANT = 1e-3  # s, RC of the piezoelectric discs (section 2.2).
 DISPLACED = "the bead displaced by more than 1 % of its greatest displacement"
@@ -30,10 +28,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
 
     Over the modulus, density and Poisson's ratio stay those of 440C steel. material_…: rods; solid_…: axisymmetric
-    cylinders and half-spaces; wall_…: the two rods whose chains are shown bead by bead. quick: every sixth modulus,
-    steel 440C and PTFE only.
+    cylinders; wall_…: the two rods whose chains are shown bead by bead. quick: every sixth modulus, steel 440C and PTFE
+    only.
     """
-    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
     materials = {m.name: m for m in (WALLS if quick else hl.MATERIALS).values()}
 
     def stiff(youngs_modulus: float) -> hl.CoSimulation:
@@ -43,14 +40,12 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     def real(material: str, dashpot: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material])))
 
-    def wide(material: str, body: str) -> hl.CoSimulation:
-        wall = materials[material]
-        solid = hl.half_space(wall) if body == "half-space" else shared.cylinder(layers(wall))
-        return hl.CoSimulation(shared.chain(), solid)
+    def solid(material: str) -> hl.CoSimulation:
+        return hl.CoSimulation(shared.chain(), shared.cylinder(layers(materials[material])))
 
     data = hl.sweep(stiff, shared.RECORD, jobs, rods.with_forces, youngs_modulus=MODULI[::6] if quick else MODULI)
     real_rods = hl.sweep(real, shared.RECORD, jobs, rods.measure, material=list(materials), dashpot=shared.DASHPOTS)
-    solids = hl.sweep(wide, shared.RECORD, jobs, rods.measure, material=list(materials), body=BODIES)
+    solids = hl.sweep(solid, shared.RECORD, jobs, rods.measure, material=list(materials))
     data = data.assign(shared.named(real_rods, "material").data_vars).assign(shared.named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
     shared.with_units(data, youngs_modulus="Pa", dashpot="N s/m")
@@ -69,30 +64,27 @@ def against(wall: str) -> xr.Dataset:
     share = stored / (run.kinetic_energy + run.contact_energy + run.structure_energy)
 
     # The signal of sensor 7 whose disc loses its charge: y′ + y/RC = x′, exact for a force that is straight in a step.
-    decay, step = np.exp(-time[1] / TIME_CONSTANT), time[1]
-    gain = (1.0 - decay) * TIME_CONSTANT / step
+    decay = np.exp(-time[1] / TIME_CONSTANT)
+    gain = (1.0 - decay) * TIME_CONSTANT / time[1]
     filtered = lfilter([gain, -gain], [1.0, -decay], hl.sensor_force(run, shared.SENSOR).values)
-    behind = hl.reflections(hl.as_signal(time, {shared.SENSOR: filtered}), shared.SENSOR).primary
+    signal = hl.as_signal(time, {shared.SENSOR: filtered})
 
-    # The speeds of the incident and of the reflected wave between two sensors away from both ends.
-    near, far = (hl.reflections(run, sensor) for sensor in (shared.SENSOR, FAR_SENSOR))
-    slower = np.nan
-    if near.incident and far.incident and near.primary and far.primary:
-        slower = (far.incident.arrival - near.incident.arrival) / (near.primary.arrival - far.primary.arrival)
+    # The speed of the reflected wave over that of the incident one between two sensors away from both ends.
+    passing = (FAR_SENSOR - shared.SENSOR) * shared.BEAD.size / hl.wave_speed(run, shared.SENSOR, FAR_SENSOR)
+    returning = hl.time_of_flight(run, shared.SENSOR) - hl.time_of_flight(run, FAR_SENSOR) - passing
 
     # How long the last bead stays displaced by more than 1 % of its greatest displacement.
     deepest, low = int(moved.values.argmax()), moved.values <= 0.01 * float(moved.max())
     after = np.flatnonzero(low[deepest:])
-    displaced = time[deepest + after[0]] - time[np.flatnonzero(low[:deepest])[-1]] if after.size else np.nan
+    displaced = time[deepest + after[0]] - time[np.flatnonzero(low[:deepest])[-1]]
 
-    data = shared.scalars(
-        energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
-        speed_ratio=(slower, "1", "speed of the primary wave / that of the incident one"),
-        filtered_ratio=(behind.amplitude_ratio if behind else np.nan, "1", "AR behind the sensor's high-pass"),
-        displaced=(displaced, "s", DISPLACED),
-    )
     last = run.contact_force.sel(contact=shared.BEADS, drop=True)
-    return data.assign(
+    return shared.scalars(
+        energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
+        speed_ratio=(passing / returning, "1", "speed of the primary wave / that of the incident one"),
+        filtered_ratio=(hl.amplitude_ratio(signal, shared.SENSOR), "1", "AR behind the sensor's high-pass"),
+        displaced=(displaced, "s", DISPLACED),
+    ).assign(
         displacement=run.displacement, sensor_force=shared.sensor_forces(run, rods.SENSORS),
         last_force=last.assign_attrs(long_name="force between the last two beads"),
     ).reset_coords(drop=True)  # fmt: skip
@@ -113,27 +105,24 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("incident wave at sensor 7", 1e6 * float(middle["steel"].material_incident_arrival))
 
     for wall, material in WALLS.items():
-        rod_waves = data.sel(material=material.name, wave="primary")
-        solid, space = (rod_waves.sel(body=body) for body in BODIES)
-        filtered, wide = float(data.wall_filtered_ratio.sel(wall=wall)), float(solid.solid_amplitude_ratio)
-        readings: dict[str, Case] = {"behind the sensor's RC": filtered, "axisymmetric": wide}
-        yield Number(f"AR, {wall}", rods.over_dashpots(rod_waves.material_amplitude_ratio) | readings)
-        yield Number(f"AR, {material.name}, behind the sensor's RC", filtered, f"RC = {1e3 * TIME_CONSTANT:g} ms")
-        flights = 1e6 * float(solid.solid_time_of_flight), 1e6 * float(space.solid_time_of_flight)
-        said = f"TOF {flights[0]:.1f} µs; half-space {float(space.solid_amplitude_ratio):.3f} and {flights[1]:.1f} µs"
-        yield Number(f"AR, {material.name}, axisymmetric", wide, said)
+        primary, at = data.sel(material=material.name, wave="primary"), data.sel(wall=wall)
+        readings: dict[str, Case] = {
+            "behind the sensor's RC": float(at.wall_filtered_ratio),
+            "axisymmetric": float(primary.solid_amplitude_ratio),
+        }
+        yield Number(f"AR, {wall}", rods.over_dashpots(primary.material_amplitude_ratio) | readings)
         theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, material)))
-        flight = rods.over_dashpots(rod_waves.material_time_of_flight, 1e6)
-        yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}")
+        flight, wide = rods.over_dashpots(primary.material_time_of_flight, 1e6), 1e6 * primary.solid_time_of_flight
+        yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}; axisymmetric: {float(wide):.4g}")
 
         # The last bead: equation 6.6, and its contact, also as it is read from the bead's displacement.
         energy = 0.5 * shared.BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * shared.SPEED) ** 2
         deepest = 1e6 * (2.5 * energy / shared.wall_stiffness(shared.BEAD, material)) ** 0.4
-        largest = rods.over_dashpots(rod_waves.material_largest_displacement, 1e6)
+        largest = rods.over_dashpots(primary.material_largest_displacement, 1e6)
         yield Number(f"largest displacement of bead 20, {wall}", largest, f"equation 6.6: {deepest:.4g}")
-        displaced: dict[str, Case] = {DISPLACED: 1e6 * float(data.wall_displaced.sel(wall=wall))}
-        yield Number(f"contact with {wall}", rods.over_dashpots(rod_waves.material_contact_time, 1e6) | displaced)
-        yield Number(f"energy that becomes potential, {wall}", float(data.wall_energy_share.sel(wall=wall)))
+        displaced: dict[str, Case] = {DISPLACED: 1e6 * float(at.wall_displaced)}
+        yield Number(f"contact with {wall}", rods.over_dashpots(primary.material_contact_time, 1e6) | displaced)
+        yield Number(f"energy that becomes potential, {wall}", float(at.wall_energy_share))
 
     steel, ptfe = (1e6 * middle[wall].material_time_of_flight for wall in WALLS)
     yield Number("TOF, PTFE over steel", 100.0 * float(ptfe.sel(wave="primary") / steel.sel(wave="primary") - 1.0))
@@ -158,10 +147,10 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force map (6.5)."""
     label = "Young's modulus of the rod (GPa)"
-    histories, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.0)
+    histories, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.0, xlabel="time (µs)")
     for axis, wall in panels:
         draw.lines(axis, wall.wall_sensor_force, "time", "sensor", "at bead {}", 1e6)
-        axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
+        axis.set_xlim(0.0, 1000.0)
     panels[0][0].set_ylabel("force above the preload (N)")
     panels[0][0].legend()
     intensity = draw.intensity_map(data.sensor_force.sel(sensor=shared.SENSOR), "youngs_modulus", label, 1e-9)
@@ -173,19 +162,18 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 def over_modulus(data: xr.Dataset) -> draw.Figure:
     label, labels = "Young's modulus of the cylinder (GPa)", ("time of flight (µs)", "amplitude ratio AR")
-    figure, axes = draw.panels(2, width=3.9, height=3.4, ylabels=labels)
+    figure, axes = draw.panels(2, width=3.9, height=3.4, xlabel=label, ylabels=labels)
     modulus, real_modulus = data.youngs_modulus * 1e-9, data.material_modulus * 1e-9
-    for axis, name, factor in ((axes[0], "time_of_flight", 1e6), (axes[1], "amplitude_ratio", 1.0)):
+    for axis, name, factor in zip(axes, ("time_of_flight", "amplitude_ratio"), (1e6, 1.0), strict=True):
         real = data[f"material_{name}"].sel(dashpot=shared.DASHPOT)
-        cylinders = data[f"solid_{name}"].sel(body="cylinder")
         for colour, wave in zip(draw.COLOURS, rods.WAVES, strict=False):
             axis.plot(modulus, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
             axis.plot(real_modulus, factor * real.sel(wave=wave), "o", color=colour)
-            axis.plot(real_modulus, factor * cylinders.sel(wave=wave), "x", color=colour)
-        axis.set(xscale="log", xlabel=label)
+            axis.plot(real_modulus, factor * data[f"solid_{name}"].sel(wave=wave), "x", color=colour)
+        axis.set_xscale("log")
         axis.xaxis.set_major_formatter("{x:g}")
     steels = [replace(STEEL, youngs_modulus=value, name="") for value in data.youngs_modulus.values]
-    walls: Vector = np.array([shared.wall_stiffness(shared.BEAD, steel) for steel in steels])
+    walls = np.array([shared.wall_stiffness(shared.BEAD, steel) for steel in steels])
     draw.theory_line(axes[0], modulus, shared.time_of_flight(walls) * 1e6, "theory of contact times")
     axes[1].plot([], [], "o", color="grey", label="rods of real materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
@@ -199,7 +187,7 @@ def over_modulus(data: xr.Dataset) -> draw.Figure:
 
 def displacements(data: xr.Dataset) -> draw.Figure:
     """Return the displacements of striker and beads over time: bead 7 thick, the last one red, with its collisions."""
-    figure, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4)
+    figure, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4, xlabel="time (µs)")
     time = 1e6 * data.time
     for axis, wall in panels:
         places = 1e6 * wall.wall_displacement.transpose("time", "bead")
@@ -207,7 +195,7 @@ def displacements(data: xr.Dataset) -> draw.Figure:
         for bead, colour in ((shared.SENSOR, draw.COLOURS[0]), (shared.BEADS, draw.COLOURS[1])):
             moved = places.sel(bead=bead)
             axis.plot(time, moved, "-", color=colour, linewidth=1.8, label=f"bead {bead}")
-        axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
+        axis.set_xlim(0.0, 1000.0)
     look = draw.Look(color="black", markersize=6.0, markerfacecolor="none")
     for hit, marker, which in zip(collisions(data)[1:], "os", ("first", "second"), strict=False):
         axis.plot(1e6 * hit, float(moved.sel(time=hit)), marker, label=f"{which} collision", **look)

@@ -11,41 +11,36 @@ from hertzlink.studies.compare import Case
 
 SENSORS = (shared.SENSOR, 16)  # At 16 incident and reflected wave overlap.
 WAVES = ("primary", "secondary")
+RATIO, FLIGHT = "amplitude_ratio", "time_of_flight"
 OPEN = f"γ from {shared.DASHPOTS[0]:g} to {shared.DASHPOTS[-1]:g} N s/m, which is not given"
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF at bead 7, and the motion of the last bead."""
-    seen = hl.reflections(run, shared.SENSOR)
-    back = (seen.primary, seen.secondary)
-    ratios = [wave.amplitude_ratio if wave else np.nan for wave in back]
-    flights = [wave.time_of_flight if wave else np.nan for wave in back]
-    largest = run.displacement.sel(bead=shared.BEADS).max().reset_coords(drop=True)
-    return xr.Dataset(
-        {
-            "amplitude_ratio": ("wave", ratios, {"units": "1", "long_name": "amplitude ratio"}),
-            "time_of_flight": ("wave", flights, {"units": "s", "long_name": "time of flight"}),
-            "largest_displacement": largest.assign_attrs(units="m", long_name="largest displacement of the last bead"),
-            "contact_time": ((), hl.contact_time(run), {"units": "s", "long_name": "last bead's contact with the rod"}),
-            "incident_arrival": ((), seen.incident.arrival if seen.incident else np.nan, {"units": "s"}),
-        },
-        coords={"wave": list(WAVES)},
+    back = [shared.returned(run, wave) for wave in WAVES]
+    incident, moved = hl.reflections(run, shared.SENSOR).incident, run.displacement.sel(bead=shared.BEADS).max()
+    data: xr.Dataset = xr.concat(back, "wave").assign_coords(wave=list(WAVES))
+    return data.merge(
+        shared.scalars(
+            largest_displacement=(moved, "m", "largest displacement of the last bead"),
+            contact_time=(hl.contact_time(run), "s", "last bead's contact with the rod"),
+            incident_arrival=(incident.arrival if incident else np.nan, "s", "arrival of the incident wave"),
+        )
     )
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
-    return measure(run)[["amplitude_ratio", "time_of_flight"]].assign(sensor_force=shared.sensor_forces(run, SENSORS))
+    return measure(run)[[RATIO, FLIGHT]].assign(sensor_force=shared.sensor_forces(run, SENSORS))
 
 
 def over_lengths(
     stack: Callable[[float], list[hl.Layer]], lengths: Sequence[float], solid_lengths: Sequence[float],
-    quick: bool, jobs: int | None,
+    jobs: int | None,
 ) -> xr.Dataset:  # fmt: skip
     """Return AR and TOF over a length, m: rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
     The force at the sensors is that of the middle dashpot.
     """
-    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
 
     def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(dashpot), shared.rod(stack(length)))
@@ -53,11 +48,10 @@ def over_lengths(
     def against_cylinder(solid_length: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(), shared.cylinder(stack(solid_length)))
 
-    waves = ["amplitude_ratio", "time_of_flight"]
     data = hl.sweep(against_rod, shared.RECORD, jobs, with_forces, length=lengths, dashpot=shared.DASHPOTS)
     data["sensor_force"] = data.sensor_force.sel(dashpot=shared.DASHPOT, drop=True)
     solids = hl.sweep(against_cylinder, shared.RECORD, jobs, measure, solid_length=solid_lengths)
-    data = data.assign(shared.named(solids[waves], "solid").data_vars)
+    data = data.assign(shared.named(solids[[RATIO, FLIGHT]], "solid").data_vars)
     return shared.with_units(data, length="m", solid_length="m", dashpot="N s/m")
 
 
@@ -84,7 +78,7 @@ def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArr
 
 def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """Draw AR or TOF of one wave over a length: rods, their band between the outer dashpots, and cylinders."""
-    factor = 1e6 if name == "time_of_flight" else 1.0
+    factor = 1e6 if name == FLIGHT else 1.0
     values, length = data[name].sel(wave=wave) * factor, data.length.values * 1e3
     band = f"γ = {shared.DASHPOTS[0]:g} to {shared.DASHPOTS[-1]:g} N s/m"
     low, high = values.min("dashpot"), values.max("dashpot")
@@ -93,7 +87,7 @@ def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, labe
     solids = data[f"solid_{name}"].sel(wave=wave) * factor
     draw.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)
-    draw.log_x(axis)
+    draw.logarithmic(axis, "x")
 
 
 def force_map(data: xr.Dataset, label: str) -> draw.Figure:

@@ -90,8 +90,8 @@ def of_mass(bead: Any, mass: float) -> Any:
     return replace(bead, material=material)
 
 
-def returned(run: xr.Dataset) -> xr.Dataset:
-    ratio, flight = hl.amplitude_ratio(run, SENSOR), hl.time_of_flight(run, SENSOR)
+def returned(run: xr.Dataset, wave: str = "primary") -> xr.Dataset:
+    ratio, flight = hl.amplitude_ratio(run, SENSOR, wave), hl.time_of_flight(run, SENSOR, wave)
     return xr.Dataset({"amplitude_ratio": ratio, "time_of_flight": flight})
 
 

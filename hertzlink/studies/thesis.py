@@ -22,17 +22,15 @@ STUDIED = (
 PARTS = (*CHECKED, *STUDIED)
 # These parts start first, so that no process waits for them at the end.
 LONGEST_FIRST = ("plate-boundary", "deformable-chain", "contact-law")
-NEAR, FARTHEST = 0.05, 5  # A difference that is called small; differences that the summary names.
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return the rows of all parts. quick: the quick versions of the studies."""
     order = sorted(PARTS, key=lambda part: part not in LONGEST_FIRST)
     done = dict(zip(order, each(rows_of, [{"part": part, "quick": quick} for part in order], jobs), strict=True))
-    rows = [(part, row) for part in PARTS for row in done[part]]
-    columns = {name: [str(getattr(row, name)) for _, row in rows] for name in Row._fields if name != "off"}
-    data = xr.Dataset({name: ("entry", np.array(values, dtype=object)) for name, values in columns.items()})
-    return data.assign(part=("entry", [part for part, _ in rows]), off=("entry", [row.off for _, row in rows]))
+    columns = zip(*((part, *row) for part in PARTS for row in done[part]), strict=True)
+    names = ("part", *Row._fields)
+    return xr.Dataset({name: ("entry", [*column]) for name, column in zip(names, columns, strict=True)})
 
 
 def rows_of(part: str, quick: bool) -> list[Row]:
@@ -46,17 +44,17 @@ def rows_of(part: str, quick: bool) -> list[Row]:
     return compare(part, [number for number in numbers if number.name in printed(part)])
 
 
-def rows(data: xr.Dataset) -> list[tuple[str, Row]]:
-    names = [name for name in Row._fields if name != "off"]
-    columns = zip(*(data[name].values.tolist() for name in names), data.off.values.tolist(), strict=True)
-    return list(zip(data.part.values.tolist(), map(Row._make, columns), strict=True))
+def rows(data: xr.Dataset, part: str = "") -> list[Row]:
+    """Return the rows of a part, by default of all."""
+    columns = zip(*(data[name].values.tolist() for name in ("part", *Row._fields)), strict=True)
+    return [Row(*row) for of, *row in columns if part in ("", of)]
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     """Yield how many numbers agree, differ and are misprints, in all and by part."""
     plural = {AGREES: "agree", DIFFERS: "differ", MISPRINT: "misprints"}
     for part in ("", *PARTS):
-        of = counts(row for name, row in rows(data) if part in ("", name))
+        of = counts(rows(data, part))
         said = ", ".join(f"{count} {plural[word] if count > 1 else word}" for word, count in of.items() if count)
         yield Number(part or "all numbers and statements", said or "inputs")
 
@@ -67,31 +65,26 @@ def table(data: xr.Dataset) -> list[Row]:
     found = [total]
     for part, line in zip(PARTS, of_parts, strict=True):
         command = f"hertzlink study {part}" if part in STUDIED else "hertzlink study thesis"
-        found.append(line._replace(number=line.number.upper(), remark=command))
-        found += [row for name, row in rows(data) if name == part]
+        found += [line._replace(number=line.number.upper(), remark=command), *rows(data, part)]
     return found
 
 
 def summary(data: xr.Dataset) -> str:
-    """Return what agrees and what does not, for the terminal: what an examiner asks first, and counts by part."""
-    entries = [row for _, row in rows(data)]
-    total = counts(entries)
-    differ = sorted((row for row in entries if row.verdict == DIFFERS), key=lambda row: -abs(row.off))
-    near = sum(0.0 < abs(row.off) <= NEAR for row in differ)
-    quick = " (a quick run, whose coarser studies change a few verdicts)" if data.attrs.get("quick") else ""
-    lines = [
-        f"{sum(total.values())} numbers and statements of the thesis{quick}:",
-        f"- {total[AGREES]} agree; where they need a condition, the table names it.",
-        f"- {total[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %. The farthest:",
-        *(f"  {100.0 * r.off:+.0f} %: {r.number}, {r.hertzlink} for {r.thesis}" for r in differ[:FARTHEST]),
-        f"- {total[MISPRINT]} are misprints: the corrected form agrees.",
-        f"{sum(not row.verdict for row in entries)} inputs, other readings and undefined numbers are not counted.",
-        "",
-    ]
+    """Return for the terminal what agrees and what does not, and counts by part."""
+    total, quick = counts(rows(data)), " (a quick run, whose coarser studies change a few verdicts)"
     width = max(map(len, PARTS))
-    lines += [" " * width + "".join(f"{word:>11}" for word in VERDICTS), "-" * WIDTH]
+    lines = [
+        f"{sum(total.values())} numbers and statements of the thesis{quick if data.attrs.get('quick') else ''}:",
+        f"- {total[AGREES]} agree; where they need a condition, the table names it.",
+        f"- {total[DIFFERS]} differ; the table says by how much, and why.",
+        f"- {total[MISPRINT]} are misprints: the corrected form agrees.",
+        f"{sum(not row.verdict for row in rows(data))} inputs and undefined numbers are not counted.",
+        "",
+        " " * width + "".join(f"{word:>11}" for word in VERDICTS),
+        "-" * WIDTH,
+    ]
     for part in (*PARTS, ""):
-        of = counts(row for name, row in rows(data) if part in ("", name))
+        of = counts(rows(data, part))
         if any(of.values()):
             lines.append(f"{part or 'all':<{width}}" + "".join(f"{of[word] or '':>11}" for word in VERDICTS))
     return "\n".join([*map(str.rstrip, lines), "", "table.txt and report.html hold each number, its verdict and why."])
@@ -101,7 +94,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     figure, (axis,) = draw.panels(1, width=7.0, height=4.6, xlabel="numbers and statements", ylabel="part")
     left = np.zeros(len(PARTS))
     for word, shade in zip(VERDICTS, (draw.COLOURS[0], draw.COLOURS[1], "0.45"), strict=True):
-        of_parts = [counts(row for name, row in rows(data) if name == part)[word] for part in PARTS]
+        of_parts = [counts(rows(data, part))[word] for part in PARTS]
         axis.barh(range(len(PARTS)), of_parts, left=left, color=shade, label=word, height=0.7)
         left += of_parts
     axis.set_axisbelow(True)

@@ -1,7 +1,6 @@
 """Waves in chains: speed, peak contact force and width (thesis, chapter 5), over strikers and kinds of particles."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -20,8 +19,7 @@ from structures.structure import Vector
 # Fractions of the peak between which a width is read. The thesis does not say which it used.
 LEVELS = (0.01, 0.001)
 OF_THEORY = {"equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0}
-# Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
-RANGE = (0.1, 2.0)
+RANGE = (0.1, 2.0)  # Parts of the least and the greatest peak force, between which the theory's power law is fitted.
 FITTED = 400  # Points of a law that are fitted.
 
 
@@ -108,63 +106,55 @@ def power_fit(law: hl.ContactLaw, lowest: float, highest: float, relative: bool 
     return PowerFit(float(factor(exponent) * end / highest**exponent), float(exponent))
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A chain of two particles in turn and its contact law, for several strikers.
+class Curve(NamedTuple):
+    """A chain of two particles in turn, the law of the theory, and the speeds of its strikers, m/s.
 
-    law: of the theory; of_pair: of the chain, by default Hertz's. forces: approximate peaks, N; speeds: of the striker,
-    m/s; one of both is given. striker: by default a bead as the first.
+    striker: by default a bead as the first; of_pair: the law of the chain, by default Hertz's.
     """
 
     pair: tuple[hl.Bead, hl.Bead]
     law: hl.ContactLaw
-    of_pair: LawOfPair | hl.ContactLaw | None = None
-    forces: tuple[float, ...] = ()
-    speeds: tuple[float, ...] = ()
+    speeds: Sequence[float]
     striker: hl.Bead | None = None
+    of_pair: LawOfPair | hl.ContactLaw | None = None
 
-    def fit(self, least: float, most: float) -> PowerFit:
-        """Return the power law nearest to the contact law between these forces, N."""
-        lowest, highest = self.law.approach(np.array([least, most])).tolist()
-        return power_fit(self.law, lowest, highest)
 
-    def strikers(self) -> list[float]:
-        """Return the speeds of the strikers, m/s, equal to the beads for forces: by equations 6.12 and 6.16.
+def striker_speeds(bead: hl.Bead, law: hl.ContactLaw, forces: Vector) -> list[float]:
+    """Return the speeds, m/s, of strikers like the beads for peak forces, N, by a power law: equations 6.12, 6.16.
 
-        These are for long waves: in a Hertzian chain the force is 0.886 of theirs.
-        """
-        if self.speeds:
-            return list(self.speeds)
-        stiffness, n = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
-        force = np.array(self.forces)
-        moved = np.sqrt(2.0 * force * (force / stiffness) ** (1.0 / n) / ((n + 1.0) * self.pair[0].mass))
-        return [*(moved / PARTICLE_TO_STRIKER_SPEED).tolist()]
+    These are for long waves: in a Hertzian chain the force is 0.886 of theirs.
+    """
+    stiffness, n = power_fit(law, *law.approach(forces[[0, -1]]).tolist())
+    moved = np.sqrt(2.0 * forces * (forces / stiffness) ** (1.0 / n) / ((n + 1.0) * bead.mass))
+    return [*(moved / PARTICLE_TO_STRIKER_SPEED).tolist()]
+
+
+def swept(build: Callable[..., hl.CoSimulation], until: float, sensors: tuple[int, int], **axes: Any) -> xr.Dataset:
+    """Return the waves over some axes, in this process: starting others takes longer than the runs."""
+    return hl.sweep(build, until, 1, partial(passage, first=sensors[0], second=sensors[1]), **axes)
 
 
 def run_curves(
     name: str, curves: Mapping[Any, Curve], beads: int, sensors: tuple[int, int], until: float,
-    jobs: int | None = 1, approach: Vector | None = None,
+    approach: Vector | None = None,
 ) -> xr.Dataset:  # fmt: skip
     """Return speed, peak force and width between two sensors, over `name` and striker; theory and contact laws.
 
     until: length of the records, s. approach: m, at which the laws are given.
     """
-    count = len(next(iter(curves.values())).strikers())
 
     def build(curve: Any, striker: int) -> hl.CoSimulation:
         of = curves[curve]
         chain = [of.pair[i % 2] for i in range(beads)]
-        return hl.CoSimulation(hl.Chain(chain, of.striker or of.pair[0], of.strikers()[striker], law=of.of_pair), None)
+        return hl.CoSimulation(hl.Chain(chain, of.striker or of.pair[0], of.speeds[striker], law=of.of_pair), None)
 
-    measure = partial(passage, first=sensors[0], second=sensors[1])
-    data = hl.sweep(build, until, jobs, measure, curve=list(curves), striker=range(count))
-    speeds = []
+    strikers = range(len(next(iter(curves.values())).speeds))
+    data, speeds = swept(build, until, sensors, curve=list(curves), striker=strikers), []
     for curve, forces in zip(curves.values(), data.peak_force.values, strict=True):
-        fit = curve.fit(RANGE[0] * float(np.nanmin(forces)), RANGE[1] * float(np.nanmax(forces)))
+        ends = np.array([RANGE[0] * np.nanmin(forces), RANGE[1] * np.nanmax(forces)])
+        fit = power_fit(curve.law, *curve.law.approach(ends).tolist())
         speeds.append(long_waves(curve.pair[0], *fit).wave_speed_from_force(forces))
-    over = ("curve", "striker")
-    data["theory"] = (over, speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
-    data["striker_speed"] = (over, [curve.strikers() for curve in curves.values()], {"units": "m/s"})
+    data["theory"] = (("curve", "striker"), speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
     if approach is not None:
         data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
         forces = [curve.law.force(approach) for curve in curves.values()]

@@ -1,7 +1,6 @@
 """The files of a study: netCDF, table, figures and report, from a new run or drawn again from its netCDF file."""
 
 from pathlib import Path
-from textwrap import wrap
 
 import xarray as xr
 
@@ -37,7 +36,7 @@ class Written:
         (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
         for title, figure in self.figures.items():
             if self.remark:
-                stamp(figure, self.remark)
+                figure.supxlabel(self.remark, color="firebrick", fontsize="small")
             metadata = {FORMATS[self.form]: self.remark} if self.remark else None
             figure.savefig(into / f"{title}.{self.form}", metadata=metadata)
         (into / REPORT).write_text(self.report(self.data if data is None else data), encoding="utf-8")
@@ -53,22 +52,10 @@ class Written:
         about = [STUDIES[self.name], "Equations, figures, tables and sections are those of the thesis."]
         pictures = [*(Picture(figure, words[name], name) for name, figure in self.figures.items()), *sketch]
         numbers = [row.cells for row in self.rows], [row.remark for row in self.rows]
-        tables = [Table("Numbers of the thesis and of hertzlink", HEAD, *numbers)]
+        tables = [Table("Numbers of the thesis and of hertzlink", tuple(HEAD), *numbers)]
         facts = usual_facts(None if took is None else float(took), data.attrs)
         findings = one_of_each(findings_of(data))
         return html(Page(f"Study {self.name}", about, pictures, tables, findings, texts, facts, self.remark))
-
-
-def stamp(figure: draw.Figure, words: str) -> None:
-    """Write words into a separate strip below a figure: 14 letters an inch, lines of 0.2 inches."""
-    lines = wrap(words, int(14 * figure.get_figwidth()))
-    figure.set_figheight(figure.get_figheight() + 0.2 * (len(lines) - 1))
-    strip = 0.2 * len(lines) / figure.get_figheight()
-    layout = figure.get_layout_engine()
-    if layout is not None:
-        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))  # type: ignore[call-arg]
-    look = draw.Look(ha="right", va="bottom", color="firebrick", fontsize="small")
-    figure.text(0.99, 0.06 / figure.get_figheight(), "\n".join(lines), **look)
 
 
 def read_study(file: Path) -> tuple[str, xr.Dataset]:

@@ -123,7 +123,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         (panels[0], weaker, names[:2], "beads and wall"),
         (panels[1], data.swept_amplitude_ratio, names[2:], "wall under beads of steel 440C"),
     ):
-        draw.log_x(axis)
+        draw.logarithmic(axis, "x")
         axis.plot(speeds, values.sel(pair=pairs[0], law="elastic"), "-", color="black", label="elastic")
         for colour, pair in zip(draw.COLOURS, pairs, strict=False):
             for law in [*LAWS][1:]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from hertzlink.studies.edge_cases import Pair, ratios, tabulated_pair
+from hertzlink.studies.critical_distance import Pair
 from plates import critical_distance as law
 from plates.additions import Addition
 
@@ -54,7 +54,7 @@ def test_ar_crosses_the_tolerance_at_the_law_s_distance(
     """A simulation at d_c, and one beyond each bound, at λ and materials that are not in the table."""
     found = hl.critical_distance_law(pair.bead, pair.plate(parameter), pair.speed, edge, tolerance)
     scaled = np.array(found) / pair.length(parameter)
-    far, *near = ratios(pair, edge, parameter, (np.inf, scaled[0], scaled[1] * 0.99, scaled[2] * 1.01))
+    far, *near = pair.ratios(edge, parameter, (np.inf, scaled[0], scaled[1] * 0.99, scaled[2] * 1.01))
     at, inside, outside = (abs(one - far) for one in near)
     assert at == pytest.approx(tolerance, abs=law.ERROR if pair.wall is hl.ALUMINIUM_6061 else 0.008)
     assert inside > tolerance > outside
@@ -82,9 +82,10 @@ def test_the_table_is_reproduced(place: int) -> None:
         head, *lines = csv.reader(file)
     edge, ratio, parameter, far, *values = lines[place]
     columns = (8, 16, 22)
-    found = ratios(
-        tabulated_pair(float(ratio)), edge, float(parameter), (np.inf, *(float(head[4 + i]) for i in columns))
-    )
+    # A plate that gives the ratio of stiffnesses: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); pairs have half the radius.
+    modulus = hl.STEEL_440C.contact_modulus * float(ratio) / (2.0 * 2.0**0.5 - float(ratio))
+    pair = Pair(bead(10e-3), hl.Material(modulus * (1.0 - 0.33**2), 0.33, 2700.0), 0.3)
+    found = pair.ratios(edge, float(parameter), (np.inf, *(float(head[4 + i]) for i in columns)))
     assert found == pytest.approx([float(far), *(float(values[i]) for i in columns)], abs=1e-4)
 
 

@@ -107,11 +107,7 @@ def test_near_the_edge_one_combination_is_left() -> None:
 
 @pytest.mark.thorough
 def test_sensors_nearer_to_the_plate_see_farther() -> None:
-    errors = (
-        quick("identifiability")
-        .edge_error.sel(diameter=BEADS, free="all", unknown="distance", record=study.RECORDS[0])
-        .squeeze()
-    )
+    errors = quick("identifiability").edge_error.sel(diameter=BEADS, free="all", record=study.RECORDS[0]).squeeze()
     far = errors.sel(distance=0.16)
     assert far.sel(measured="bead 7") > study.BLIND
     assert (far.sel(measured=["bead 13", "bead 16"]) < 0.05).all()
@@ -122,7 +118,7 @@ def test_sensors_nearer_to_the_plate_see_farther() -> None:
 @pytest.mark.thorough
 def test_bonds_are_seen_where_they_are_soft_compared_with_the_layer() -> None:
     """Compliances add, so a bond much stiffer than its layer is blind; of PTFE every epoxy is."""
-    errors = quick("identifiability").bond_error.sel(bond_unknown="bond_stiffness", bond_measured="beads 7 and 13")
+    errors = quick("identifiability").bond_error
     assert (errors.sel(upper="PTFE", bond_stiffness=study.EPOXY) > study.BLIND).all()
     assert (errors.sel(upper="steel", bond_free="all", bond_stiffness=3e11) < 0.05).all()
     ratio = errors.sel(upper="PTFE") / errors.sel(upper="steel")

@@ -5,7 +5,7 @@ import pytest
 from quick import found, quick
 
 import hertzlink as hl
-from hertzlink.studies import aspect_ratio, critical_distance, plate_boundary, plate_shear, shared
+from hertzlink.studies import aspect_ratio, critical_distance, plate_boundary, shared
 from plates.impact import THESIS_IMPACT
 
 CROSSINGS = [
@@ -26,12 +26,11 @@ def test_amplitude_ratio_at_the_centre_is_that_of_zeners_restitution() -> None:
     data = quick("aspect-ratio").amplitude_ratio.fillna(0.0)
     for diameter, thickness in ((d, t) for d in data.diameter.values for t in data.thickness.values):
         ratio, at = diameter / thickness, data.sel(diameter=diameter, thickness=thickness)
-        plate, infinite, thick = (at.sel(body=body).item() for body in aspect_ratio.BODIES)
+        plate, infinite = (at.sel(body=body).item() for body in aspect_ratio.BODIES)
         if ratio < 4.0:
             assert plate == pytest.approx(aspect_ratio.theory(ratio, 0.31)[0], abs=0.04)
         assert ratio < 5.0 or plate < 0.02
         assert plate == pytest.approx(infinite, abs=0.002)
-        assert thick > 0.97
 
 
 @pytest.mark.parametrize(
@@ -136,29 +135,20 @@ def test_critical_distances_of_two_plates(diameter: float, thickness: float, dis
 
 
 @pytest.mark.thorough
-def test_softer_edges_and_shear_send_back_less() -> None:
-    """Clamped, simple, free: the stiffer the edge, the more comes back. Mindlin's plate is softer by a few percent."""
-    data = quick("plate-shear")
-    ratios = data.edge_amplitude_ratio.fillna(0.0).sel(edge_bead=9.53e-3)
-    near = [float(ratios.sel(edge=edge, edge_distance=0.02)) for edge in ("clamped", "simple", "free")]
-    assert near[0] > near[1] > near[2]
-    far = ratios.sel(edge_distance=0.15)
-    assert float(far.max() - far.min()) < 5e-3
-    thin, thick = (data.theory_amplitude_ratio.sel(theory=theory) for theory in plate_shear.THEORIES)
-    assert np.all((thick < thin) & (thick > 0.95 * thin))
-
-
-@pytest.mark.thorough
 def test_amplitude_ratios_near_an_edge_collapse() -> None:
-    """AR falls towards its far value away from an edge that is held, and rises from a free one; pairs collapse."""
+    """AR falls towards its far value away from an edge that is held, and rises from a free one; pairs collapse.
+
+    Mindlin's plate is softer by a few percent.
+    """
     data = quick("critical-distance")
     difference = data.amplitude_ratio - data.far_ratio
     assert (difference.sel(edge=["clamped", "simple"]).isel(scaled_distance=0) > 0.1).all()
     assert (difference.sel(edge="free").isel(scaled_distance=0) < -0.1).all()
     assert abs(difference.isel(scaled_distance=-1)).max() < 3e-3
     assert abs(data.table_error).where(data.scaled_distance > 0.5).max() < 2e-3
-    assert abs(data.material_deviation.sel(pair="4.76 mm beads")).max() < 5e-4
-    assert abs(data.other_error).max() < 5e-3
+    assert abs(data.other_material_deviation.sel(pair="4.76 mm beads")).max() < 5e-4
+    assert abs(data.other_table_error).max() < 5e-3
+    assert ((data.lowered > 0.0) & (data.lowered < 0.03)).all()
 
 
 def test_the_last_crossing_of_samples() -> None:

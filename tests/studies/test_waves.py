@@ -13,8 +13,8 @@ from hertzlink.studies import contact_law, cylinders, ellipsoids, hollow_spheres
     [
         ("ellipsoids", "printed mass", 525.4),
         ("ellipsoids", "gravity", 529.7),
-        ("ellipsoids", "striker of radius 2.38 mm", 481.4),
-        ("ellipsoids", "striker of diameter 2.38 mm", 340.5),
+        ("ellipsoids", "striker R 2.38 mm", 481.4),
+        ("ellipsoids", "striker D 2.38 mm", 340.5),
         ("cylinders", "90°, printed masses", 528.8),
         ("hollow-spheres", "mass from geometry", 645.3),
         ("hollow-spheres", "printed mass", 653.8),
