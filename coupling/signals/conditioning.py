@@ -95,25 +95,25 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> tuple[Vect
     step, rough, lead = resolution(force[np.isfinite(force)]), noise_level(filled), lead_of(filled, mains)
     quiet = float(np.median(filled[:lead])) if lead else 0.0
     clipped, cautions = clipped_samples(time, force, quiet, step, rough)
+    done = list[str]()
     if not lead:
         cautions = ["there is no quiet lead, so the offset was left as it is", *cautions]
-    rounding, done = step / sqrt(12.0), list[str]()
-    hum, text = mains_hum(time, filled, lead, mains) if mains is not None else (None, "")
+    rounding, scatter = step / sqrt(12.0), max(rough, step / sqrt(12.0), 1e-9 * float(np.abs(filled - quiet).max()))
+    hum, text = (None, "") if mains is None else mains_hum(time, filled, lead, mains)
     if hum is not None:
-        force, filled = force - hum, filled - hum
         done.append(f"the offset and {text}")
-    else:
-        force, filled = force - quiet, filled - quiet
-        scatter = max(rough, rounding, 1e-9 * float(np.abs(filled).max()))
-        if lead and abs(quiet) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
-            lasts = 1e6 * float(time[lead] - time[0])
-            done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {lasts:.3g} µs)")
-        cautions += [text] if text else []
-    is_long = lead > FEWEST_SAMPLES
-    noise = max(float(filled[:lead].std(ddof=1)) if is_long else rough, rounding)
-    source = f"standard deviation of {'the lead' if is_long else 'third differences'}"
-    done.append(f"the noise is {noise:.3g} N ({source if noise > rounding else 'one step of the digitiser over √12'})")
-    return np.where(clipped, np.nan, force), noise, done, cautions
+    elif lead and abs(quiet) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
+        lasts = 1e6 * float(time[lead] - time[0])
+        done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {lasts:.3g} µs)")
+    if hum is None and text:
+        cautions.append(text)
+    zero = quiet if hum is None else hum
+    noise, source = rough, "third differences"
+    if lead > FEWEST_SAMPLES:
+        noise, source = float((filled - zero)[:lead].std(ddof=1)), "the lead"
+    source = f"standard deviation of {source}" if noise > rounding else "one step of the digitiser over √12"
+    done.append(f"the noise is {max(noise, rounding):.3g} N ({source})")
+    return np.where(clipped, np.nan, force - zero), max(noise, rounding), done, cautions
 
 
 def lead_of(filled: Vector, mains: float | None = None) -> int:

@@ -2,35 +2,37 @@
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+from zipfile import ZipFile
 
 import numpy as np
 
 from coupling.results.sensor_trace import FEWEST_SAMPLES
-from coupling.signals.heads import FORCE, TIME, WHAT, NotUnderstood, Unit, unit_named
-from coupling.signals.recordings import (
-    MOST_CHANNELS,
-    TEXT,
-    WORKBOOK,
-    Channel,
-    Recording,
-    kind_of_file,
-    tried,
-    workbook_text,
-)
+from coupling.signals import recordings
+from coupling.signals.heads import FORCE, TIME, WHAT, Unit, read_unit
+from coupling.signals.recordings import Channel, Recording
 from coupling.signals.sampling import Rows, even_sampling, segments
 from coupling.signals.text import read_text
 from structures.checks import count_of
 from structures.structure import Vector
 
-MOST_BYTES = 2_000_000_000
+MOST_CHANNELS = 256
+MOST_BYTES = 50_000_000  # of a text
+
+# Kinds of files: with what the content begins, and at which byte.
+KINDS: tuple[tuple[int, bytes, str, Any], ...] = (
+    (0, b"TDSm", "a TDMS file of LabVIEW", recordings.tdms),
+    (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", recordings.matlab),
+    (0, b"MATLAB 7.3", "a file of MATLAB 7.3", recordings.hdf5),
+    (0, b"\x89HDF", "an HDF5 file", recordings.hdf5),
+    (512, b"\x89HDF", "an HDF5 file", recordings.hdf5),
+)
 
 
 class Sampling(NamedTuple):
-    """What a user says of a file: the column of the times, the units of these and of the columns, the interval between
-    samples and the time of the first one, s; the segment; and how many lines to skip. None: as the file says."""
+    """What a user says of a file, as the arguments of `read_signal`; None: as the file says."""
 
-    column: int | None = None
+    time_column: int | None = None
     time_unit: str | None = None
     unit: str | None = None
     interval: float | None = None
@@ -41,24 +43,46 @@ class Sampling(NamedTuple):
 
 def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> Recording:
     """Return the columns of a text, all where `columns` is None, or the channels of a recorder's file, from 1 on."""
-    if path.stat().st_size > MOST_BYTES:
-        raise ValueError(f"{path}: is larger than {MOST_BYTES:.2g} bytes; cut it")
-    content = path.read_bytes()
-    kind, reader = kind_of_file(content)
-    if kind in (TEXT, WORKBOOK):
-        content = workbook_text(path) if kind == WORKBOOK else content
-        return read_text(path, content, columns, sampling.column, sampling.interval is None, sampling.skip)
+    with open(path, "rb") as file:
+        head = file.read(2048)
+    known = [(kind, reader) for at, start, kind, reader in KINDS if head[at:].startswith(start)]
+    kind, reader = known[0] if known else ("a binary file", None)
+    if head.startswith(b"PK\x03\x04"):
+        names = recordings.tried(path, "a zip archive", lambda path: ZipFile(path).namelist())
+        kind = "a zip archive"
+        if any(name.endswith(".npy") for name in names):
+            kind, reader = "arrays of numpy (.npz)", recordings.numpy_arrays
+        elif any(name.startswith("xl/") for name in names):
+            kind, reader = "an Excel workbook", recordings.workbook
+    elif reader is None and looks_like_text(head):
+        if path.stat().st_size > MOST_BYTES:
+            raise ValueError(f"{path}: is a text of more than {MOST_BYTES:.2g} bytes; cut it, or save arrays (.npz)")
+        kind, reader = "a text", Path.read_bytes
     if reader is None:
         raise ValueError(
             f"{path}: is {kind}, not a text of samples; export the trace as CSV, or read it as docs/signals.md says "
             "and give time (s) and force (N) to hertzlink.as_signal"
         )
-    if sampling.column is not None:
-        raise ValueError(f"time_column = {sampling.column}: is for text; {path} states its times, or give interval=")
-    channels: list[Channel] = tried(path, kind, reader)
-    if not channels:
+
+    content: bytes | list[Channel] = recordings.tried(path, kind, reader)
+    if isinstance(content, bytes):
+        timed = sampling.interval is None
+        return read_text(path, content, columns, sampling.time_column, timed, sampling.skip)
+    if sampling.time_column is not None:
+        raise ValueError(
+            f"time_column = {sampling.time_column}: is for text; {path} states its times, or give interval="
+        )
+    if not content:
         raise ValueError(f"{path}: is {kind} without arrays of {FEWEST_SAMPLES} or more numbers")
-    return Recording(kind, dict(enumerate(channels[:MOST_CHANNELS], 1)), [])
+    return Recording(kind, dict(enumerate(content[:MOST_CHANNELS], 1)), [])
+
+
+def looks_like_text(head: bytes) -> bool:
+    """Return whether bytes hold few control characters; in UTF-16 each second byte may be zero."""
+    zeros = max(head[::2].count(0), head[1::2].count(0))
+    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
+    controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
+    return controls <= 0.02 * len(head) or (is_utf_16 and controls < 1.2 * zeros)
 
 
 def sampled(
@@ -76,6 +100,7 @@ def sampled(
     if present < max(FEWEST_SAMPLES, 0.5 * values.size):
         such = f", but text such as {channel.words[0]!r}" if channel.words else ""
         raise ValueError(f"{path}: {name}: only {present} of {values.size} samples are within the scope's range{such}")
+
     time, rows, said = _times(path, channel, number, sampling)
     notes += said
     values = np.where(rows >= 0, values[np.maximum(rows, 0)], np.nan)
@@ -99,9 +124,9 @@ def sampled(
 
 def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tuple[Vector, Rows, list[str]]:
     """Return the even times of a channel, the row at each, -1 for none, and what is to be said."""
-    count, start = channel.values.size, sampling.start
     if sampling.interval is not None:
-        return (start or 0.0) + sampling.interval * np.arange(count, dtype=float), np.arange(count), []
+        rows: Rows = np.arange(channel.values.size)
+        return (sampling.start or 0.0) + sampling.interval * rows.astype(float), rows, []
     if channel.time is None:
         raise ValueError(f"{path}: holds no times of its samples; give interval=, s, such as 5e-7")
     if sampling.time_unit is None and channel.time_unit is None and (np.diff(channel.time) == 1.0).all():
@@ -122,22 +147,21 @@ def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tup
         raise ValueError(f"{path}: segment = {sampling.segment}: must be at most {len(parts)}, the number of segments")
     part = parts[(sampling.segment or 1) - 1]
     even, rows, said = even_sampling(time[part], lambda row: f"{path}, {channel.place(part.start + row)}")
-    shift = 0.0 if start is None else start - float(even[0])
+    shift = 0.0 if sampling.start is None else sampling.start - float(even[0])
     return even + shift, np.where(rows >= 0, rows + part.start, -1), notes + said
 
 
 def _unit(
-    path: Path, stated: Unit | NotUnderstood | None, kind: tuple[str, ...], given: str | None, what: str
+    path: Path, stated: Unit | None, kind: tuple[str, ...], given: str | None, what: str
 ) -> tuple[Unit, list[str]]:
     """Return the unit that the user gives, or else the file, or else the SI unit; and what is to be said."""
     if given is not None:
-        unit = unit_named(given, kind)
-        assert unit is not None
-        differs = stated is not None and (isinstance(stated, NotUnderstood) or stated[1:] != unit[1:])
+        unit = read_unit(given, kind)
+        differs = stated is not None and stated[1:] != unit[1:]
         return unit, [f"the file gives {stated.text!r} for {what}; {given!r} is taken"] if stated and differs else []
-    if isinstance(stated, NotUnderstood):
+    if stated is not None and not stated.si:
         argument = "time_unit" if kind == TIME else "unit"
         raise ValueError(
             f"{path}: gives {stated.text!r} for {what}, which is no unit of {WHAT[kind]}; give {argument}="
         )
-    return stated or Unit(kind[0], kind[0], 1.0), []
+    return stated or Unit(kind[0], kind[0]), []

@@ -9,6 +9,7 @@ from structures.units import factor, is_unit
 
 TIME, FORCE = ("s",), ("V", "N")  # The SI units in which columns are read: of times, and of voltages or forces.
 WHAT = {TIME: "a time, such as 's', 'ms' or 'us'", FORCE: "a voltage or a force, such as 'V', 'mV' or 'N'"}
+
 NEAREST = 3  # Lines directly above the samples that may name columns and units.
 
 # Seconds as people abbreviate and translate them; a factor beside a name or a unit, as in "t*1000 (s)".
@@ -18,30 +19,24 @@ BRACKETS = re.compile(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]")
 
 
 class Unit(NamedTuple):
-    """A unit as a file writes it, the SI unit of the same quantity, and its size in that."""
+    """A unit as a file writes it, the SI unit of the same quantity, and its size in that; "" for what is no unit."""
 
     text: str
-    si: str
-    size: float
-
-
-class NotUnderstood(NamedTuple):
-    """What a head says in place of a unit."""
-
-    text: str
+    si: str = ""
+    size: float = 1.0
 
 
 @cache
-def unit_named(text: str, kind: tuple[str, ...]) -> Unit | None:
-    """Return the unit of a time (TIME), or of a voltage or force (FORCE); None for other text."""
+def read_unit(text: str, kind: tuple[str, ...]) -> Unit:
+    """Return the unit of a time (TIME), or of a voltage or force (FORCE)."""
     word = SECOND.sub("second", text.strip().strip(".").replace("Âµ", "µ"))
     for spelling in (word, word.lower(), word[:-1].lower() + word[-1:].upper()) if len(word) > 1 else (word,):
         for si in kind:
             try:
-                return Unit(text, si, float(factor(spelling, si))) if spelling else None
+                return Unit(text, si, float(factor(spelling, si))) if spelling else Unit(text)
             except ValueError:
                 continue
-    return None
+    return Unit(text)
 
 
 class Head:
@@ -63,53 +58,55 @@ class Head:
 
     def name(self, column: int) -> str:
         """Return what the head calls a column, "" where it does not."""
-        names = [row[column] for row in self._near if row[column] and not unit_named(row[column].strip("()[]"), FORCE)]
+        names = [
+            row[column] for row in self._near if row[column] and not read_unit(row[column].strip("()[]"), FORCE).si
+        ]
         return re.split(r"\s*[(\[](?!\d+\])", names[0])[0] if names else ""
 
-    def unit(self, column: int, kind: tuple[str, ...]) -> Unit | NotUnderstood | None:
+    def unit(self, column: int, kind: tuple[str, ...]) -> Unit | None:
         """Return the unit that the head states of a column; None where it states none."""
         stated = [unit for row in self._near if (unit := stated_unit(row[column], kind, is_row_of_units(row)))][:1]
         for name, *values in self._entries:
             of_time = re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None
             if "unit" in name.lower() and of_time == (kind == TIME):
                 words = [value.strip('"() ') for value in (values[column - 1 : column] if column else []) + values]
-                for word in [word for word in words if word and not re.fullmatch(r"[-+\d.eE]+", word)][:1]:
-                    text = word.split(":")[-1].strip('"()[] ')
-                    stated.append(unit_named(text, kind) or NotUnderstood(text))
-        if len({unit[1:] or unit for unit in stated}) > 1:
-            return NotUnderstood(" and ".join(unit.text for unit in stated))
+                word = next((word for word in words if word and not re.fullmatch(r"[-+\d.eE]+", word)), None)
+                stated += [read_unit(word.split(":")[-1].strip('"()[] '), kind)] if word else []
+        if len({unit[1:] if unit.si else unit for unit in stated}) > 1:
+            return Unit(" and ".join(unit.text for unit in stated))
         if stated:
             return stated[0]
-
         # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
         others = FORCE if kind == TIME else TIME
         for row in self._beside:
             units = [unit for cell in row if (unit := stated_unit(cell, kind, True))]
-            if any(unit[1:] != (kind[0], 1.0) and not unit_named(unit.text, others) for unit in units):
-                return NotUnderstood(", ".join(row))
+            if any(unit[1:] != (kind[0], 1.0) and not read_unit(unit.text, others).si for unit in units):
+                return Unit(", ".join(row))
         return None
 
 
 def is_row_of_units(row: Sequence[str]) -> bool:
     """Return whether cells are units and nothing else, the first of a time: "s,V" or "second,Volt"."""
     bare = [cell.strip("()[] ") for cell in row]
-    return len(bare) > 1 and unit_named(bare[0], TIME) is not None and all(is_unit(SECOND.sub("s", c)) for c in bare)
+    return len(bare) > 1 and bool(read_unit(bare[0], TIME).si) and all(is_unit(SECOND.sub("s", c)) for c in bare)
 
 
-def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit | NotUnderstood | None:
+def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit | None:
     """Return the unit in "Time (ms)", "Time in ms", "t/ms", "time_ms" or "Time ms", where is_alone also in "ms"."""
     if MULTIPLIED.search(cell):
-        return NotUnderstood(cell)
+        return Unit(cell)
     if brackets := BRACKETS.findall(cell):
-        units = {unit for text in brackets if (unit := unit_named(text, kind))}
-        return units.pop() if len(units) == 1 else NotUnderstood(brackets[-1] if not units else cell)
+        units = {unit for text in brackets if (unit := read_unit(text, kind)).si}
+        return units.pop() if len(units) == 1 else Unit(cell if units else brackets[-1])
+    must_be_one = is_alone and bool(is_unit(cell))
+    text = cell
     if marked := re.search(r"\bin\s+(\S+)$|[\w.]\s*/\s*([^/\s]+)$", cell):
-        text = marked[1] or marked[2]
-        return unit_named(text, kind) or (NotUnderstood(text) if marked[1] else None)
-    if is_alone:
-        return unit_named(cell, kind) or (NotUnderstood(cell) if is_unit(cell) else None)
-    word = re.split(r"[\s_.,-]+|(?<=[a-z]{2})(?=[UMN]s$)", cell)[-1]
-    if len(word) < 2 and kind == FORCE:
-        return None  # "Channel A", "bead N"
-    is_other = re.match("(milli|micro|nano|pico|kilo)", is_unit(word)) or word.startswith("dB")
-    return unit_named(word, kind) or (NotUnderstood(word) if is_other else None)
+        text, must_be_one = marked[1] or marked[2], bool(marked[1])
+    elif not is_alone:
+        text = re.split(r"[\s_.,-]+|(?<=[a-z]{2})(?=[UMN]s$)", cell)[-1]
+        if len(text) < 2 and kind == FORCE:
+            return None  # "Channel A", "bead N"
+        # A unit of another quantity.
+        must_be_one = text.startswith("dB") or bool(re.match("(milli|micro|nano|pico|kilo)", is_unit(text)))
+    unit = read_unit(text, kind)
+    return unit if unit.si or must_be_one else None

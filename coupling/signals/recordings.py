@@ -1,6 +1,7 @@
 """Files of recorders as channels: TDMS, MATLAB, HDF5 and arrays of numpy by their libraries; text is in `text`."""
 
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,13 +11,10 @@ from numpy.typing import NDArray
 
 from coupling.results.hdf5 import check_hdf5
 from coupling.results.sensor_trace import FEWEST_SAMPLES
-from coupling.signals.heads import FORCE, TIME, NotUnderstood, Unit, unit_named
+from coupling.signals.heads import FORCE, TIME, Unit, read_unit
 from structures.structure import Vector
 
 Array = NDArray[Any]
-
-MOST_CHANNELS = 256
-TEXT, WORKBOOK = "a text", "an Excel workbook"
 
 # What arrays of times are called, and numbers that state the interval between samples and the first time, s.
 TIMES = {"t", "time", "times", "timestamp", "zeit", "x"}
@@ -24,8 +22,8 @@ INTERVALS, STARTS = {"tinterval", "interval", "dt", "increment"}, {"tstart", "st
 
 # What libraries raise for damaged files.
 NOT_TO_READ = (
-    *(ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError),
-    zipfile.BadZipFile,
+    *(ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, SystemError, TypeError),
+    *(ValueError, zipfile.BadZipFile, zlib.error),
 )
 
 
@@ -36,10 +34,10 @@ class Channel(NamedTuple):
 
     name: str
     values: Vector
-    unit: Unit | NotUnderstood | None
+    unit: Unit | None
     time: Vector | None
-    time_unit: Unit | NotUnderstood | None = None
-    lines: NDArray[np.int64] | None = None
+    time_unit: Unit | None = None
+    lines: Any = None
     words: tuple[str, ...] = ()
 
     def place(self, row: int) -> str:
@@ -55,42 +53,6 @@ class Recording(NamedTuple):
     notes: list[str]
 
 
-def kind_of_file(content: bytes) -> tuple[str, Callable[[Path], list[Channel]] | None]:
-    """Return what a file is, by its content, and what reads it: None for a text, a workbook and what is not read."""
-    if content[:4] == b"PK\x03\x04":
-        names = content[-100_000:]
-        if b"xl/" in names:
-            return WORKBOOK, None
-        return ("arrays of numpy (.npz)", _numpy) if b".npy" in names else ("a zip archive", None)
-    for place, start, kind, reader in (
-        (0, b"TDSm", "a TDMS file of LabVIEW", _tdms), (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", _matlab),
-        (0, b"MATLAB 7.3", "a file of MATLAB 7.3", _hdf5), (0, b"\x89HDF", "an HDF5 file", _hdf5),
-        (512, b"\x89HDF", "an HDF5 file", _hdf5),
-    ):  # fmt: skip
-        if content[place : place + len(start)] == start:
-            return kind, reader
-
-    # Text has few control characters; in UTF-16 each second byte may be zero.
-    head = content[:2048]
-    zeros = max(head[::2].count(0), head[1::2].count(0))
-    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
-    controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
-    is_text = controls <= 0.02 * len(head) or (is_utf_16 and controls < 1.2 * zeros)
-    return TEXT if is_text else "a binary file", None
-
-
-def workbook_text(path: Path) -> bytes:
-    """Return the first sheet of an Excel workbook that holds samples as text with tabs."""
-    import pandas as pd  # type: ignore[import-untyped]
-
-    given = {"sheet_name": None, "header": None, "dtype": object, "engine": "openpyxl"}
-    sheets = tried(path, WORKBOOK, lambda file: pd.read_excel(file, **given))
-    table = next((sheet for sheet in sheets.values() if len(sheet) >= FEWEST_SAMPLES), None)
-    if table is None:
-        raise ValueError(f"{path}: is {WORKBOOK} without a sheet of {FEWEST_SAMPLES} or more lines")
-    return bytes(table.to_csv(sep="\t", header=False, index=False).encode())
-
-
 def tried(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
     """Return what a library reads, or raise a ValueError where it is missing or the file is damaged."""
     try:
@@ -102,7 +64,19 @@ def tried(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
         raise ValueError(f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV") from error
 
 
-def _tdms(path: Path) -> list[Channel]:
+def workbook(path: Path) -> bytes:
+    """Return the first sheet of an Excel workbook that holds samples as text with tabs."""
+    import pandas as pd  # type: ignore[import-untyped]
+
+    sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object, engine="openpyxl")
+    table = next((sheet for sheet in sheets.values() if len(sheet) >= FEWEST_SAMPLES), None)
+    if table is None:
+        raise ValueError(f"no sheet has {FEWEST_SAMPLES} or more lines")
+    return bytes(table.to_csv(sep="\t", header=False, index=False).encode())
+
+
+def tdms(path: Path) -> list[Channel]:
+    """Return the channels of LabVIEW, each from its own start on, and arrays without a sampling rate."""
     from nptdms import TdmsFile
 
     channels, arrays, units = list[Channel](), dict[str, Array](), dict[str, str]()
@@ -124,18 +98,21 @@ def _tdms(path: Path) -> list[Channel]:
     return channels + of_arrays(arrays, units)
 
 
-def _matlab(path: Path) -> list[Channel]:
+def matlab(path: Path) -> list[Channel]:
+    """Return the arrays of a file of MATLAB up to version 7.2."""
     import scipy.io
 
     return of_arrays({name: value for name, value in scipy.io.loadmat(path).items() if name[:2] != "__"})
 
 
-def _numpy(path: Path) -> list[Channel]:
+def numpy_arrays(path: Path) -> list[Channel]:
+    """Return the arrays of `numpy.savez`."""
     with np.load(path, allow_pickle=False) as arrays:
         return of_arrays(dict(arrays))
 
 
-def _hdf5(path: Path) -> list[Channel]:
+def hdf5(path: Path) -> list[Channel]:
+    """Return the numbers of an HDF5 file, which is that of MATLAB 7.3, too."""
     import h5py  # type: ignore[import-untyped]
 
     check_hdf5(path, str(path))
@@ -167,7 +144,7 @@ def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str] | None = Non
             vectors[name] = values.astype(float)
         elif values.ndim == 2 and max(values.shape) >= FEWEST_SAMPLES:
             columns = values if values.shape[0] < values.shape[1] else values.T
-            vectors |= {f"{name}[{k}]": column.astype(float) for k, column in enumerate(columns[:MOST_CHANNELS])}
+            vectors |= {f"{name}[{k}]": column.astype(float) for k, column in enumerate(columns)}
 
     def key(name: str) -> str:
         return name.rpartition("/")[2].lower().replace("_", "")
@@ -192,6 +169,6 @@ def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str] | None = Non
     return channels
 
 
-def unit_of(text: str, kind: tuple[str, ...]) -> Unit | NotUnderstood | None:
+def unit_of(text: str, kind: tuple[str, ...]) -> Unit | None:
     """Return the unit that a file states, None where it states none."""
-    return (unit_named(text, kind) or NotUnderstood(text)) if text.strip() else None
+    return read_unit(text, kind) if text.strip() else None

@@ -23,12 +23,18 @@ Rows = NDArray[np.int64]
 def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, Rows, list[str]]:
     """Return the even times through stamps, s; the row of the sample at each, -1 for one that is lost; and what is to
     be said. place: where a row stands in the file, for the ValueError of times that no sampling rate gives."""
-    steps = np.diff(time)
 
     def wrong(row: int, reason: str) -> ValueError:
         before, after = (readable(float(time[k]), "s", 9) for k in (row, row + 1))
         return ValueError(f"{place(row + 1)}: time {after} after {before}{reason}")
 
+    def line(places: Rows) -> Vector:
+        """Return the times of all places, on the straight line of least squares through the stamps."""
+        middle = places.mean()
+        rise = float(((places - middle) @ (time - time.mean())) / ((places - middle) @ (places - middle)))
+        return np.asarray(time.mean() + rise * (np.arange(places[-1] + 1) - middle))
+
+    steps = np.diff(time)
     if (steps < 0.0).any() or not steps.any():
         raise wrong(int((steps <= 0.0).argmax()), ", must increase")
     if time.size % 2 == 0 and (time[::2] == time[1::2]).all():
@@ -42,21 +48,26 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, Ro
     if odd.any() or not are_few:
         distinct = np.unique(np.round(steps, 15))
         digit = float(min(distinct[distinct > 0.0].min(), np.diff(distinct).min(initial=np.inf)))
-        even = _line(np.arange(time.size), time)
+        rows: Rows = np.arange(time.size)
+        even = line(rows)
         is_rounded = np.abs(even - time).max() <= ROUNDED * max(digit, float(steps.mean()))
         if is_rounded and not (are_few and odd.mean() < MENTIONED):
             apart, digits = readable(float(even[1] - even[0]), "s", 4), readable(digit, "s", 4)
-            text = f"stamps of time resolve {digits}, and samples are {apart} apart: even sampling is taken"
-            return even, np.arange(time.size), [text]
+            return (
+                even,
+                rows,
+                [f"stamps of time resolve {digits}, and samples are {apart} apart: even sampling is taken"],
+            )
         if not are_few:
             raise wrong(int(counts.argmax()), f": a gap; the usual step is {readable(usual, 's', 4)}")
         at = int(odd.argmax())
         raise wrong(at, ", must increase" if steps[at] == 0.0 else UNEVEN)
 
+    # Whole intervals apart: between samples some may be lost.
     places = np.concatenate([[0], np.cumsum(counts)])
     even = np.linspace(time[0], time[-1], places[-1] + 1)
     if np.abs(even[places] - time).max() > MENTIONED * usual:
-        even = _line(places, time)
+        even = line(places)
     off = np.abs(even[places] - time)
     if off.max() > usual:
         raise wrong(int(off.argmax()) - 1, UNEVEN)
@@ -66,17 +77,9 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, Ro
     return even, rows, [little] if off.max() > MENTIONED * usual else []
 
 
-def _line(places: Rows, time: Vector) -> Vector:
-    """Return the times of all places, on the straight line of least squares through the stamps."""
-    middle = places.mean()
-    rise = float(((places - middle) @ (time - time.mean())) / ((places - middle) @ (places - middle)))
-    return np.asarray(time.mean() + rise * (np.arange(places[-1] + 1) - middle))
-
-
 def segments(time: Vector) -> list[slice]:
     """Return the rows of each segment of a sequence, where times begin anew; one slice for a usual record."""
-    steps = np.diff(time)
-    ends = [0, *(1 + np.flatnonzero(steps < -0.5 * np.ptp(time))).tolist(), time.size]
+    ends = [0, *(1 + np.flatnonzero(np.diff(time) < -0.5 * np.ptp(time))).tolist(), time.size]
     is_sequence = min(np.diff(ends)) >= max(FEWEST_SAMPLES, 0.5 * max(np.diff(ends)))
     return [slice(*pair) for pair in pairwise(ends)] if is_sequence else [slice(0, time.size)]
 
@@ -87,17 +90,16 @@ def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple
     pieces: of each sensor its times, s, and its samples. what: the file or files, for messages.
     """
     times = [time for time, _ in pieces.values()]
-    time = times[0]
+    time, step = times[0], float(times[0][1] - times[0][0])
     if all(np.array_equal(time, other) for other in times[1:]):
         return time, {sensor: values for sensor, (_, values) in pieces.items()}, []
-    step = float(time[1] - time[0])
     if any(abs(float(other[1] - other[0]) - step) > 1e-3 * step for other in times):
         raise ValueError(f"{what}: hold times of different intervals; read their sensors separately")
-    starts = [float(other[0]) for other in times]
-    inside = (time >= max(starts) - 1e-3 * step) & (time <= min(float(other[-1]) for other in times) + 1e-3 * step)
-    if inside.sum() < FEWEST_SAMPLES:
+    starts, ends = ([float(other[end]) for other in times] for end in (0, -1))
+    time = time[(time >= max(starts) - 1e-3 * step) & (time <= min(ends) + 1e-3 * step)]
+    if time.size < FEWEST_SAMPLES:
         raise ValueError(f"{what}: hold times that do not overlap; read their sensors separately")
-    time, values, between = time[inside], dict[int, Vector](), list[str]()
+    values, between = dict[int, Vector](), list[str]()
     for sensor, (other, samples) in pieces.items():
         # Whole samples later, or between samples by straight lines.
         shifts = (time[[0, -1]] - other[0]) / float(other[1] - other[0])
@@ -109,5 +111,4 @@ def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple
             between.append(str(sensor))
     apart, shared = (readable(float(span), "s", 4) for span in (max(starts) - min(starts), time[-1] - time[0]))
     note = f"sensors have times of their own, which begin up to {apart} apart; the {shared} that all hold are read"
-    note += f", of sensor {', '.join(between)} by straight lines between samples" if between else ""
-    return time, values, [note]
+    return time, values, [note + f", of sensor {', '.join(between)} by straight lines between samples" * bool(between)]

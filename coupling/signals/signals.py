@@ -13,7 +13,7 @@ from coupling.results.provenance import provenance
 from coupling.results.schema import variable
 from coupling.results.sensor_trace import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
 from coupling.signals.files import Sampling, opened, sampled
-from coupling.signals.heads import FORCE, TIME, WHAT, unit_named
+from coupling.signals.heads import FORCE, TIME, WHAT, read_unit
 from coupling.signals.sampling import even_sampling, on_one_time
 from structures.caution import caution, collected
 from structures.checks import existing, finite, instance, not_negative, one_of, short, whole
@@ -157,66 +157,59 @@ def read_signal(
         problem = f"column {time_column} is the time column" if column_of else "must name a sensor, such as {7: 1}"
         raise ValueError(f"sensors = {dict(sensors)!r}: {problem}")
     for name, text, kind in (("time_unit", time_unit, TIME), ("unit", unit, FORCE)):
-        if text is not None and unit_named(text, kind) is None:
+        if text is not None and not read_unit(text, kind).si:
             raise ValueError(f"{name} = {short(text)}: must be a unit of {WHAT[kind]}")
     if interval is not None and time_column is not None:
         raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
     sampling = Sampling(time_column, time_unit, unit, interval, start, segment, skip)
-    files = dict.fromkeys(column_of, path) if isinstance(path, str | Path) else dict(path)
+    files = dict(path) if isinstance(path, Mapping) else dict.fromkeys(column_of, path)
     if files.keys() != column_of.keys():
         raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
     for sensor, file in files.items():
         instance(f"path[{sensor}]", file, str | Path, "the name of a file")  # type: ignore[arg-type]
-    if len({(str(files[sensor]), column) for sensor, column in column_of.items()}) < len(column_of):
-        raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
+    sensors_of = dict[Path, list[int]]()
+    for sensor in column_of:
+        sensors_of.setdefault(Path(files[sensor]), []).append(sensor)
+    where = ", ".join(map(str, sensors_of))
 
-    where = ", ".join(dict.fromkeys(map(str, files.values())))
-    time, columns, units, notes = _read(files, column_of, sampling, where)
+    # The channels of all files over one time.
+    pieces, units, notes = dict[int, tuple[Vector, Vector]](), dict[int, str](), list[str]()
+    for file, its in sensors_of.items():
+        columns = [column_of[sensor] for sensor in its]
+        if len(set(columns)) < len(columns):
+            raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
+        recording = opened(existing(f"path = {str(file)!r}", file), columns, sampling)
+        said = [*recording.notes]
+        for sensor, column in zip(its, columns, strict=True):
+            time, values, units[sensor], doubts = sampled(file, recording, column, sampling, f"sensor {sensor}")
+            pieces[sensor] = time, values
+            said += doubts
+        notes += [f"{file}: {note}" for note in dict.fromkeys(said)]
+    time, forces, said = on_one_time(where, {sensor: pieces[sensor] for sensor in column_of})
+    held = np.flatnonzero(np.isfinite([*forces.values()]).any(axis=0))
+    cut = slice(held[0], held[-1] + 1)
+    if ends := [f"the {end} {n}" for end, n in (("first", held[0]), ("last", time.size - cut.stop)) if n]:
+        said.append(f"samples without values, {' and '.join(ends)}, were left out")
+    notes += [f"{where}: {note}" for note in said]
+
+    # In N.
     for sensor, unit_read in units.items():
         factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
-        if unit_read == "N" and calibration is not None:
-            raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
-        if unit_read != "N":
-            if factor is None or finite("calibration", factor, "N/V") == 0.0:
-                must = f"must give κ for sensor {sensor}, a number of N/V, not zero"
-                raise ValueError(f"calibration = {calibration!r}: {must}")
-            columns[sensor] = factor * columns[sensor]
-    names = str(path) if isinstance(path, str | Path) else {n: str(file) for n, file in files.items()}
-    inputs = {
-        "signal": names, "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
-        "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
-        "skip": skip, "units_of_columns": units,
-    }  # fmt: skip
-    data = _dataset(time, columns, positions, baseline, inputs, f"{where}: ")
+        if unit_read == "N":
+            if calibration is not None:
+                raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
+        elif factor is None or finite("calibration", factor, "N/V") == 0.0:
+            must = f"must give κ for sensor {sensor}, a number of N/V, not zero"
+            raise ValueError(f"calibration = {calibration!r}: {must}")
+        forces[sensor] = (factor or 1.0) * forces[sensor][cut]
+    names = {n: str(file) for n, file in files.items()} if isinstance(path, Mapping) else str(path)
+    inputs = {"signal": names, "sensors": column_of, **sampling._asdict(), "units_of_columns": units}
+    inputs |= {"calibration": calibration, "baseline": baseline}
+    data = _dataset(time[cut], forces, positions, baseline, inputs, f"{where}: ")
     notes += [f"{where}: {note}" for note in _doubts(data, "give a negative calibration")]
     for note in notes:
         caution(note)
     return data.assign_attrs(reading="\n".join(note.removeprefix(f"{where}: ") for note in notes))
-
-
-def _read(
-    files: Mapping[int, str | Path], column_of: Mapping[int, int], sampling: Sampling, where: str
-) -> tuple[Vector, dict[int, Vector], dict[int, str], list[str]]:
-    """Return the times, the columns and their units by sensor, and what is to be said. where: the files, in words."""
-    pieces, units, notes = dict[int, tuple[Vector, Vector]](), dict[int, str](), list[str]()
-    for file in dict.fromkeys(files.values()):
-        path = existing(f"path = {str(file)!r}", Path(file))
-        its = [sensor for sensor in column_of if files[sensor] == file]
-        recording = opened(path, [column_of[sensor] for sensor in its], sampling)
-        notes += [f"{file}: {note}" for note in recording.notes]
-        for sensor in its:
-            time, values, units[sensor], said = sampled(
-                path, recording, column_of[sensor], sampling, f"sensor {sensor}"
-            )
-            pieces[sensor] = time, values
-            notes += [f"{file}: {note}" for note in said if f"{file}: {note}" not in notes]
-    time, columns, said = on_one_time(where, {sensor: pieces[sensor] for sensor in column_of})
-    present = np.asarray(np.isfinite(np.stack([*columns.values()])).any(axis=0))
-    first, last = int(present.argmax()), present.size - int(present[::-1].argmax())
-    if ends := [f"the {end} {n}" for end, n in (("first", first), ("last", present.size - last)) if n]:
-        said.append(f"samples without values, {' and '.join(ends)}, were left out")
-    notes += [f"{where}: {note}" for note in said]
-    return time[first:last], {sensor: values[first:last] for sensor, values in columns.items()}, units, notes
 
 
 def _dataset(

@@ -275,7 +275,7 @@ def test_what_is_no_record_is_refused(tmp_path: Path, lines: list[str], said: st
 )
 def test_binary_files_are_refused_with_the_way_out(tmp_path: Path, content: bytes, said: str) -> None:
     (tmp_path / "trace").write_bytes(content)
-    with pytest.raises(ValueError, match=f"trace: is {said}, not a text of samples; export the trace as CSV"):
+    with pytest.raises(ValueError, match=f"trace: is {said}.*; export the trace as CSV"):
         hl.read_signal(tmp_path / "trace", {7: 1}, calibration=1.0)
 
 
