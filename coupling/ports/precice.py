@@ -1,11 +1,11 @@
 """Chain and structure as participants of a preCICE coupling; optional: needs preCICE 3 and its bindings, pyprecice."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -23,6 +23,9 @@ from structures.checks import count_of, each, finite, instance, one_of, positive
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector
 from structures.surface import Surface
+
+Read: TypeAlias = Callable[[float], Vector]
+Write: TypeAlias = Callable[[Vector], None]
 
 DATA = {"displacement": "Displacement", "force": "Force"}
 
@@ -46,6 +49,16 @@ class Side(NamedTuple):
     names: Mapping[str, str]
     direction: Sequence[float] | None
     positions: Sequence[Sequence[float]] | None
+
+
+class Step(NamedTuple):
+    """A chain at the end of a step; the displacement of the surface, m; the mean force of the last contact over the
+    step, and the forces of all contacts at its end, N, relative to the static ones."""
+
+    chain: ChainState
+    surface: float
+    mean_force: float
+    contact_force: Vector
 
 
 def run_in_precice(
@@ -128,10 +141,14 @@ def run_in_precice(
 
 
 def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: dict[str, Any]) -> xr.Dataset:
-    """Run a chain to the end of the coupling. longest: step that it may take, s."""
-    past, most = History(moving), longest
-    with _coupled(side, ("displacement", "force"), 1) as interface:
-        coupling = interface.participant
+    """Run a chain to the end of the coupling. longest: step that it may take, s.
+
+    All steps of the accepted windows are kept. At the end of a window, zero at that of other steps, stand how often the
+    window was tried, and the last change of its mean force, N.
+    """
+    steps, evaluations, residual = [_step(moving, None, 0.0, 1.0)], [0], [0.0]
+    first, tries, before, most = 0, 1, 0.0, longest
+    with _coupled(side, ("displacement", "force"), 1) as (coupling, read, write):
         while coupling.is_coupling_ongoing():
             # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
             coupling.requires_writing_checkpoint()
@@ -139,16 +156,22 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
             if most is None:
                 too_long = coarse("time-window-size", left, moving.contact_time)
                 most = moving.contact_time / STEPS_PER_CONTACT if too_long else inf
-            step = left / max(1, ceil(left / most * (1.0 - SAME_TIME)))
-            past.advance(float(interface.read(step)[0]), step)
-            interface.write(np.array([past.mean_force()]))
-            coupling.advance(step)
+            span = left / max(1, ceil(left / most * (1.0 - SAME_TIME)))
+            steps.append(_step(moving, steps[-1], float(read(span)[0]), span))
+            spans = np.diff([step.chain.time for step in steps[first:]])
+            mean = float(spans @ [step.mean_force for step in steps[first + 1 :]] / spans.sum())
+            write(np.array([mean]))
+            coupling.advance(span)
             if coupling.requires_reading_checkpoint():
-                past.repeat()
+                tries, before = tries + 1, mean
+                del steps[first + 1 :]
             elif coupling.is_time_window_complete():
-                past.accept()
+                inner = [0] * (len(steps) - first - 2)
+                evaluations += [*inner, tries]
+                residual += [*inner, abs(mean - before)]
+                first, tries, before = len(steps) - 1, 1, mean
 
-    chains, surfaces, mean_forces, forces = zip(*past.states, strict=True)
+    chains, surfaces, mean_forces, forces = zip(*steps, strict=True)
     surface, times = np.array(surfaces), np.array([chain.time for chain in chains])
     force, size = np.array(forces) + moving.static_force, moving.mass.size
     values = {
@@ -158,8 +181,8 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
         "surface_displacement": surface,
         "interface_work": np.cumsum([0.0, *(mean_forces[1:] * np.diff(surface))]),
         "interface_impulse": np.cumsum([0.0, *(mean_forces[1:] * np.diff(times))]),
-        "evaluations": np.array(past.evaluations, float),
-        "residual": np.array(past.residual),
+        "evaluations": np.array(evaluations, float),
+        "residual": np.array(residual),
     }
     coordinates = run_coordinates(times, range(size), range(size), moving.chain.centres, moving.static_force)
     inputs = {"chain": moving.chain.describe(), **inputs, "window": longest}
@@ -167,16 +190,17 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
     data = xr.Dataset(variables, coordinates, _origin(inputs))
 
     # Windows that are coarse, or took as many iterations as they may; and what is checked after every run.
-    findings = coarse("time-window-size", past.longest, moving.contact_time)
+    windows = np.diff(times[values["evaluations"] > 0.0], prepend=0.0)
+    findings = coarse("time-window-size", float(windows.max(initial=0.0)), moving.contact_time)
     text = re.sub(r"<!--.*?-->", "", side.file.read_text(encoding="utf-8", errors="replace"), flags=re.DOTALL)
     schemes = re.findall(r"<coupling-scheme:([\w-]+)([^>]*>.*?)</coupling-scheme:\1>", text, re.DOTALL)
     ours = [scheme for _, scheme in schemes if re.search(rf"[\"']{re.escape(side.names['participant'])}[\"']", scheme)]
     limits = re.findall(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"']", " ".join(ours))
-    most = min(map(int, limits), default=inf)
-    if last := sum(tries >= most for tries in past.evaluations):
+    limit = min(map(int, limits), default=inf)
+    if last := sum(tries >= limit for tries in evaluations):
         findings.append(
-            f"max-iterations = {most}: {last} of {sum(tries > 0 for tries in past.evaluations)} windows took them "
-            "all and may not have converged, which preCICE accepts; raise it, or change the acceleration"
+            f"max-iterations = {limit}: {last} of {windows.size} windows took them all and may not have converged, "
+            "which preCICE accepts; raise it, or change the acceleration"
         )
     findings += check_guest(moving, force, values["interface_work"], times)
     warn(findings)
@@ -188,15 +212,15 @@ def _run_structure(structure: Structure, side: Side, inputs: dict[str, Any]) -> 
     moving = MovingStructure(structure)
     count = len(moving.surfaces)
     times, forces, places = [0.0], [np.zeros(count)], [np.zeros(count)]
-    with _coupled(side, ("force", "displacement"), count) as interface:
-        coupling, state = interface.participant, moving.start()
+    with _coupled(side, ("force", "displacement"), count) as (coupling, read, write):
+        state = moving.start()
         while coupling.is_coupling_ongoing():
             # The state before the window is kept until the window is accepted.
             coupling.requires_writing_checkpoint()
             window = coupling.get_max_time_step_size()
-            force = interface.read(window)
+            force = read(window)
             after, moved = moving.advance(state, force if count > 1 else float(force[0]), window)
-            interface.write(np.reshape(moved, count))
+            write(np.reshape(moved, count))
             coupling.advance(window)
             if not coupling.requires_reading_checkpoint():
                 state = after
@@ -229,118 +253,35 @@ def precice_configuration(chain: Chain, surface: Surface, until: float, flexibil
     )  # fmt: skip
 
 
-class State(NamedTuple):
-    """A chain at the end of a step; the displacement of the surface, m; the mean force of the last contact over the
-    step, and the forces of all contacts at its end, N, relative to the static ones."""
-
-    chain: ChainState
-    surface: float
-    mean_force: float
-    contact_force: Vector
-
-
-class History:
-    """States of a chain at the ends of all accepted steps, the start first; and how each window of preCICE went.
-
-    At the end of a window, zero at that of other steps: how often the window was tried, and the residual, N, which is
-    the last change of its mean force.
-    """
-
-    def __init__(self, moving: MovingChain) -> None:
-        self.moving, start = moving, moving.start()
-        self.states = [State(start, 0.0, 0.0, self._contact_force(start, 0.0, 0.0))]
-        self.evaluations, self.residual = [0], [0.0]
-        self.longest, self.first, self.tries, self.force = 0.0, 0, 1, 0.0
-
-    def advance(self, surface: float, step: float) -> None:
-        """Take a step, s, while the surface moves linearly to the displacement `surface`, m."""
-        before = self.states[-1]
+def _step(moving: MovingChain, before: Step | None, surface: float, span: float) -> Step:
+    """Return the chain at rest, or after a step (s) in which the surface moves linearly to `surface`, m."""
+    chain, force, rate = moving.start(), 0.0, 0.0
+    if before is not None:
         motion = before.surface, finite("surface displacement", surface, "m")
-        chain, force = self.moving.advance(before.chain, motion, step)
+        chain, force = moving.advance(before.chain, motion, span)
+        rate = (surface - before.surface) / span
         bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
         if bad.any():
             raise FloatingPointError(
                 f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt"
             )
-        mean_force = force if abs(force) > ROUNDING * self.moving.scales[0] else 0.0
-        contact_force = self._contact_force(chain, surface, (surface - before.surface) / step)
-        self.states.append(State(chain, surface, mean_force, contact_force))
-
-    def _contact_force(self, state: ChainState, surface: float, rate: float) -> Vector:
-        moving, position, velocity, time = self.moving, state.position, state.velocity, state.time
-        force = np.zeros(moving.mass.size)
-        contacts, places = np.arange(force.size), np.array([[surface], [rate]])
-        forces_of_chains(moving.model, position, velocity, time, *places, contacts, force, moving.work_space())
-        dynamic: Vector = force - moving.static_force
-        dynamic[abs(dynamic) <= ROUNDING * moving.scales[0]] = 0.0
-        return dynamic
-
-    def mean_force(self) -> float:
-        """Return the mean force over the window so far, N."""
-        states = self.states[self.first :]
-        spans = np.diff([state.chain.time for state in states])
-        return float(spans @ [state.mean_force for state in states[1:]] / spans.sum())
-
-    def repeat(self) -> None:
-        """Go back to the beginning of the window."""
-        self.tries, self.force = self.tries + 1, self.mean_force()
-        del self.states[self.first + 1 :]
-
-    def accept(self) -> None:
-        """Begin the next window."""
-        force, inner = self.mean_force(), [0] * (len(self.states) - self.first - 2)
-        self.longest = max(self.longest, self.states[-1].chain.time - self.states[self.first].chain.time)
-        self.evaluations += [*inner, self.tries]
-        self.residual += [*inner, abs(force - self.force)]
-        self.first, self.tries, self.force = len(self.states) - 1, 1, force
-
-
-class Interface:
-    """The vertices of a participant, one for each contact, which read one of displacement and force and write the
-    other one, as scalars or along a direction."""
-
-    def __init__(self, participant: Any, side: Side, data: tuple[str, str], count: int) -> None:
-        _, names, direction, positions = side
-        self.participant, self.mesh, self.count = participant, names["mesh"], count
-        self.read_name, self.written_name = (names[name] for name in data)
-
-        def vector(name: str, value: Any, size: int) -> Vector:
-            numbers = each(finite, name, np.asarray(value))
-            if numbers.shape != (size,):
-                must = f"must hold {count_of(size, 'number')}, as in the configuration"
-                raise ValueError(f"{name} = {short(value)}: {must}")
-            return numbers
-
-        dimensions = participant.get_mesh_dimensions(self.mesh)
-        places = np.zeros((count, dimensions))
-        for k, position in enumerate(positions or ()):
-            places[k] = vector(f"positions[{k}]", position, dimensions)
-        sizes = [participant.get_data_dimensions(self.mesh, names[name]) for name in data]
-        if direction is not None and max(sizes) == 1:
-            raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
-        if direction is None and max(sizes) > 1:
-            raise ValueError(f"direction = None: must be given for data that are vectors, as {max(sizes)} numbers")
-        directions = [np.ones(1) if size == 1 else vector("direction", direction, size) for size in sizes]
-        if not all(map(np.any, directions)):
-            raise ValueError(f"direction = {short(direction)}: must not be zero")
-        self.directions = [one / np.linalg.norm(one) for one in directions]
-        self.vertices = participant.set_mesh_vertices(self.mesh, places)
-
-    def read(self, step: float) -> Vector:
-        """Return what acts at each vertex at the end of the step (s)."""
-        data = self.participant.read_data(self.mesh, self.read_name, self.vertices, step)
-        return np.asarray(np.reshape(data, (self.count, -1)) @ self.directions[0])
-
-    def write(self, values: Vector) -> None:
-        """Write a number for each vertex; vectors are rows."""
-        rows = np.outer(values, self.directions[1])
-        data = rows.ravel() if rows.shape[1] == 1 else rows
-        self.participant.write_data(self.mesh, self.written_name, self.vertices, data)
+    contact_force = np.zeros(moving.mass.size)
+    contacts, places = np.arange(contact_force.size), np.array([[surface], [rate]])
+    state = moving.model, chain.position, chain.velocity, chain.time
+    forces_of_chains(*state, *places, contacts, contact_force, moving.work_space())
+    contact_force -= moving.static_force
+    weak = ROUNDING * moving.scales[0]
+    contact_force[abs(contact_force) <= weak] = 0.0
+    return Step(chain, surface, force if abs(force) > weak else 0.0, contact_force)
 
 
 @contextmanager
-def _coupled(side: Side, data: tuple[str, str], count: int) -> Iterator[Interface]:
-    """Begin a coupling and end it; after an error the other participant ends, too."""
+def _coupled(side: Side, data: tuple[str, str], count: int) -> Iterator[tuple[Any, Read, Write]]:
+    """Begin a coupling and end it; after an error the other participant ends, too.
+
+    Yields the participant, and functions that read what acts at each vertex at the end of a step (s), and write a
+    number for each vertex, one for each contact. data: of displacement and force what is read, and what is written.
+    """
     if len(side.positions or ()) != count and (side.positions is not None or count > 1):
         raise ValueError(
             f"positions = {short(side.positions)}: must hold {count_of(count, 'position')}, one for each contact"
@@ -353,27 +294,61 @@ def _coupled(side: Side, data: tuple[str, str], count: int) -> Iterator[Interfac
         ) from error
     if not hasattr(precice, "Participant"):
         raise ImportError("hertzlink needs version 3 of preCICE and pyprecice; an older one is installed")
-    mesh = side.names["mesh"]
+    mesh, (read_name, written_name) = side.names["mesh"], (side.names[name] for name in data)
     participant = precice.Participant(side.names["participant"], str(side.file), 0, 1)
+    dimensions = participant.get_mesh_dimensions(mesh)
     try:
         try:
-            interface = Interface(participant, side, data, count)
+            directions = _directions(side, [participant.get_data_dimensions(mesh, side.names[name]) for name in data])
+            places = np.zeros((count, dimensions))
+            for k, position in enumerate(side.positions or ()):
+                places[k] = _vector(f"positions[{k}]", position, dimensions)
+            vertices = participant.set_mesh_vertices(mesh, places)
         except (ValueError, RuntimeError):
             # The other participant waits for this one: it must begin before it can end.
             with suppress(RuntimeError):
-                participant.set_mesh_vertices(mesh, np.zeros((1, participant.get_mesh_dimensions(mesh))))
+                participant.set_mesh_vertices(mesh, np.zeros((1, dimensions)))
                 participant.requires_initial_data()
                 participant.initialize()
             raise
+
+        def read(span: float) -> Vector:
+            numbers = participant.read_data(mesh, read_name, vertices, span)
+            return np.asarray(np.reshape(numbers, (count, -1)) @ directions[0])
+
+        def write(values: Vector) -> None:
+            rows = np.outer(values, directions[1])
+            participant.write_data(mesh, written_name, vertices, rows.ravel() if rows.shape[1] == 1 else rows)
+
         if participant.requires_initial_data():
-            interface.write(np.zeros(count))
+            write(np.zeros(count))
         participant.initialize()
-        yield interface
+        yield participant, read, write
     except BaseException:
         with suppress(RuntimeError):  # the first error must not be hidden by another
             participant.finalize()
         raise
     participant.finalize()
+
+
+def _directions(side: Side, sizes: list[int]) -> list[Vector]:
+    """Return the directions of what is read and of what is written, 1 of a scalar."""
+    given = side.direction
+    if given is not None and max(sizes) == 1:
+        raise ValueError(f"direction = {short(given)}: must be None, since displacement and force are scalars")
+    if given is None and max(sizes) > 1:
+        raise ValueError(f"direction = None: must be given for data that are vectors, as {max(sizes)} numbers")
+    directions = [np.ones(1) if size == 1 else _vector("direction", given, size) for size in sizes]
+    if not all(map(np.any, directions)):
+        raise ValueError(f"direction = {short(given)}: must not be zero")
+    return [one / np.linalg.norm(one) for one in directions]
+
+
+def _vector(name: str, value: Any, size: int) -> Vector:
+    numbers = each(finite, name, np.asarray(value))
+    if numbers.shape != (size,):
+        raise ValueError(f"{name} = {short(value)}: must hold {count_of(size, 'number')}, as in the configuration")
+    return numbers
 
 
 def _origin(inputs: Mapping[str, Any]) -> dict[str, str]:
