@@ -6,7 +6,7 @@ Lengths are in mm. What is drawn is the description of a run, as its Dataset hol
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import cos, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +22,12 @@ from structures.checks import count_of, short
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Described = Mapping[str, Any]
+
 BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc", "#c3b8a6", "#b8ccc6")  # of named kinds; others are white
 LAYER_COLOURS = ("#9fb4c7", "#f0e2b6", "#c7a58f", "#b5cda3", "#cdb7d6", "#d9d9d9")
 SPACE = 26.0  # drawn depth and half-height of what has no ends
+LENGTHS = (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0)  # of the scale
 
 EDGES = {
     "clamped": {"color": INK, "linewidth": 3.0, "linestyle": "-"},
@@ -63,9 +66,9 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     PTFE, 25.4 mm long, radius 9.525 mm
     """
     inputs = described_input(run)
-    sketch = _Sketch(axes_for(ax, width=7.2))
+    sketch = Sketch(axes_for(ax, width=7.2))
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
-        sketch.line([], [], f"varied, drawn is the first run: {words_of(run[name])}, {values}", linestyle="none")
+        sketch.note(f"varied, drawn is the first run: {words_of(run[name])}, {values}")
     chains = inputs.get("chains") or [inputs["chain"]]
     structures = inputs.get("structures") or [inputs.get("structure")]
     contacts = [tuple(map(int, contact)) for contact in inputs.get("contacts", [(0, LAST, 0, 0)])]
@@ -73,37 +76,37 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     top, fronts = 0.0, set[int]()
     for number, chain in enumerate(chains):
         faced = {end: (place, structures[place]) for of, end, place, _ in contacts if of == number}
-        half = max(0.5 * _size(bead)[1] for bead in chain["beads"])
-        half = max(half, *(_half_height(structure) for _, structure in faced.values()))
+        half = max(0.5 * size_of(bead)[1] for bead in chain["beads"])
+        half = max(half, *(half_height(structure) for _, structure in faced.values()))
         y = top - half - (9.0 if len(chains) > 1 else 0.0)
-        start = _draw_beads(sketch, chain["beads"], y)
+        start = draw_beads(sketch, chain["beads"], y)
         if len(chains) > 1:
             ends = (f"contact {point} of structure {place}" for of, _, place, point in contacts if of == number)
-            sketch.text(start, top - 5.0, ", ".join([f"chain {number}", *ends]), ha="left", va="center")
+            sketch.text(start, top - 5.0, ", ".join([f"chain {number}", *ends]))
             sketch.line([start], [top], linestyle="none")
         if FIRST in faced:
-            _draw_side(sketch, faced[FIRST][1], start, y, -1.0)
+            draw_side(sketch, faced[FIRST][1], start, y, -1.0)
         else:
-            _draw_striker(sketch, chain, start, y)
+            draw_striker(sketch, chain, start, y)
         row, top = top, y - half - 6.0
         place, structure = faced.get(LAST, (0, None))
         if structure is None:
-            sketch.line([], [], "the last bead faces nothing", linestyle="none")
+            sketch.note("the last bead faces nothing")
             continue
-        far = _draw_side(sketch, structure, 0.0, y, 1.0)
+        far = draw_side(sketch, structure, 0.0, y, 1.0)
         if isinstance(structure, Mapping) and "thickness" in structure and place not in fronts:
             fronts.add(place)
             touching = {point: of for of, end, at, point in contacts if (end, at) == (LAST, place)}
-            top = min(top, _draw_front(sketch, structure, touching, far + 12.0, y, row) - 6.0)
+            top = min(top, draw_front(sketch, structure, touching, far + 12.0, y, row) - 6.0)
 
     ax = sketch.ax
     ax.set_aspect("equal", anchor="N")
     ax.set_axis_off()
     ax.autoscale_view()
     left, right = ax.get_xlim()
-    length = next((mm for mm in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if mm < 0.25 * (right - left)), 1.0)
+    length = next((mm for mm in LENGTHS if mm < 0.25 * (right - left)), 1.0)
     sketch.line([left, left + length], [top, top], color=INK, linewidth=2.0, solid_capstyle="butt")
-    sketch.text(left + length, top, f" {length:g} mm", ha="left", va="center")
+    sketch.text(left + length, top, f" {length:g} mm")
     ax.margins(0.02)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     width = float(ax.get_figure(root=True).get_figwidth())  # type: ignore[union-attr]
@@ -126,7 +129,7 @@ def described_input(run: Any, name: str = "run") -> dict[str, Any]:
     raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
 
 
-class _Sketch:
+class Sketch:
     """The axes of a sketch, and the entries of its legend: handles by their words, each once."""
 
     def __init__(self, ax: "Axes") -> None:
@@ -151,8 +154,14 @@ class _Sketch:
         if words:
             self.entries.setdefault(words, line)
 
-    def text(self, x: float, y: float, words: str, **place: Any) -> None:
-        self.ax.text(x, y, plain(words), fontsize=SMALL, color=INK, **place)
+    def edge(self, x: Any, y: Any, kind: str, words: str) -> None:
+        self.line(x, y, words, solid_capstyle="butt", **EDGES.get(kind, EDGES["elastic"]))
+
+    def note(self, words: str) -> None:
+        self.line([], [], words, linestyle="none")
+
+    def text(self, x: float, y: float, words: str) -> None:
+        self.ax.text(x, y, plain(words), fontsize=SMALL, color=INK, ha="left", va="center")
 
     def arrow(self, start: float, end: float, y: float, words: str = "") -> None:
         """Draw an arrow, which shows where something moves."""
@@ -163,48 +172,46 @@ class _Sketch:
         self.line([], [], words, color=COLOURS[1], marker=">", linestyle="none")
 
 
-def _draw_beads(sketch: _Sketch, beads: list[Any], y: float) -> float:
+def draw_beads(sketch: Sketch, beads: list[Any], y: float) -> float:
     """Draw the beads, whose last one ends at x = 0; return the x of the struck end."""
     from matplotlib.patches import Circle, Ellipse, Rectangle
 
-    kinds = Counter(map(_bead_in_words, beads))
+    kinds = Counter(map(bead_in_words, beads))
     named = {words: f"{count} × {words}" for words, count in list(kinds.items())[: len(BEAD_COLOURS)]}
+    faces = dict(zip(named, BEAD_COLOURS, strict=False))
     others = count_of(len(kinds) - len(named), "other kind of bead", "other kinds of beads")
-    x = start = -sum(_size(bead)[0] for bead in beads)
+    x = start = -sum(size_of(bead)[0] for bead in beads)
     for bead in beads:
-        width, height = _size(bead)
-        words = _bead_in_words(bead)
-        face = BEAD_COLOURS[list(named).index(words)] if words in named else "white"
+        (width, height), words = size_of(bead), bead_in_words(bead)
         shape: Any = Ellipse((x + 0.5 * width, y), width, height)
         if bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5:  # its side is seen
             shape = Rectangle((x, y - 0.5 * height), width, height)
-        sketch.patch(shape, named.get(words, others), facecolor=face)
+        sketch.patch(shape, named.get(words, others), facecolor=faces.get(words, "white"))
         if bead.get("inner_radius"):
             sketch.patch(Circle((x + 0.5 * width, y), 1e3 * bead["inner_radius"]), linewidth=0.4)
         x += width
     return start
 
 
-def _draw_striker(sketch: _Sketch, chain: Mapping[str, Any], x: float, y: float) -> None:
+def draw_striker(sketch: Sketch, chain: Described, x: float, y: float) -> None:
     """Draw the body that strikes the first bead, left of it, with an arrow."""
     from matplotlib.patches import Ellipse
 
     striker, speed = chain.get("striker"), chain.get("impact_speed")
     moves = f", {float(speed):.3g} m/s" if speed else ""
-    gap = 0.6 * _size(chain["beads"][0])[0]
+    gap = 0.6 * size_of(chain["beads"][0])[0]
     body = striker.get("striker", striker) if isinstance(striker, Mapping) else None
     if isinstance(body, Mapping) and ("radius" in body or "size" in body):
-        width, height = _size(body)
+        width, height = size_of(body)
         shape = Ellipse((x - gap - 0.5 * width, y), width, height)
-        sketch.patch(shape, f"striker: {_bead_in_words(body)}{moves}", facecolor="#f2b38a")
+        sketch.patch(shape, f"striker: {bead_in_words(body)}{moves}", facecolor="#f2b38a")
         sketch.arrow(x - gap - width, x, y + 0.5 * height + 2.0)
-    elif striker is None:
-        sketch.arrow(x - 2.0 * gap, x, y, f"first bead starts{moves}")
     else:
-        sketch.arrow(x - 2.0 * gap, x, y, "pushed: a force or a place over time")
+        words = f"first bead starts{moves}" if striker is None else "pushed: a force or a place over time"
+        sketch.arrow(x - 2.0 * gap, x, y, words)
 
 
-def _half_height(structure: Any) -> float:
+def half_height(structure: Any) -> float:
     """Return how far a structure is drawn to either side of the chain."""
     data = structure if isinstance(structure, Mapping) else {}
     if data.get("layers"):
@@ -214,12 +221,12 @@ def _half_height(structure: Any) -> float:
     return 0.0 if structure is None else SPACE
 
 
-def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float) -> float:
+def draw_side(sketch: Sketch, structure: Any, x: float, y: float, sign: float) -> float:
     """Draw a structure from the side, whose face is at x, to the right or to the left; return its far end."""
-    data: Mapping[str, Any] = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
-    kind, half = str(data.get("kind", "structure")), _half_height(structure)
+    data: Described = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
+    kind, half = str(data.get("kind", "structure")), half_height(structure)
     ends = y - half, y + half
-    of = f" of {_material(data)}" if data.get("material") else ""
+    of = f" of {material_of(data)}" if data.get("material") else ""
     if "thickness" in data:
         thick = 1e3 * float(data["thickness"])
         return sketch.block(x, ends, sign * thick, f"{kind}, {thick:.4g} mm{of}", facecolor=LAYER_COLOURS[0])
@@ -232,22 +239,22 @@ def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float)
         ends = y + away - length, y + away
         far = sketch.block(x, ends, sign * thick, words, facecolor=LAYER_COLOURS[0])
         for support, end in zip(data.get("supports") or (), ends[::-1], strict=False):
-            look = EDGES.get(str(support), EDGES["elastic"])
-            sketch.line([x, far], [end, end], f"end: {support}", solid_capstyle="butt", **look)
+            sketch.edge([x, far], [end, end], str(support), f"end: {support}")
         return far
     if not data.get("layers"):
         words, hatch = (f"{kind}{of}", "//") if kind == "half-space" else (f"{kind}{of}, not to scale", "..")
         return sketch.block(x, ends, sign * SPACE, words, facecolor="#e6e6e6", edgecolor=PALE, hatch=hatch)
 
-    layers = [(_material(one), 1e3 * float(one["length"]), 1e3 * float(one["radius"])) for one in data["layers"]]
-    names = list(dict.fromkeys(name for name, *_ in layers))
-    for name, length, radius in layers:
-        alike = [one for material, one, _ in layers if material == name]
-        words = f"{name}, {length:.4g} mm long, radius {radius:.4g} mm"
-        if len(alike) > 1:
-            words = f"{name}, {len(alike)} layers, together {sum(alike):.4g} mm long"
-        face = LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]
-        x = sketch.block(x, (y - radius, y + radius), sign * length, words, facecolor=face)
+    lengths = dict[str, list[float]]()
+    for layer in data["layers"]:
+        lengths.setdefault(material_of(layer), []).append(1e3 * float(layer["length"]))
+    for layer in data["layers"]:
+        name, radius = material_of(layer), 1e3 * float(layer["radius"])
+        words = f"{name}, {lengths[name][0]:.4g} mm long, radius {radius:.4g} mm"
+        if len(lengths[name]) > 1:
+            words = f"{name}, {len(lengths[name])} layers, together {sum(lengths[name]):.4g} mm long"
+        face = LAYER_COLOURS[list(lengths).index(name) % len(LAYER_COLOURS)]
+        x = sketch.block(x, (y - radius, y + radius), sign * 1e3 * float(layer["length"]), words, facecolor=face)
     base = str(data.get("base"))
     if base not in ("free", "contact", "None"):
         hatch = {"fixed": "////", "absorbing": "...."}.get(base, "++")
@@ -255,75 +262,67 @@ def _draw_side(sketch: _Sketch, structure: Any, x: float, y: float, sign: float)
     return x + sign * 0.3 * half
 
 
-def _draw_front(
-    sketch: _Sketch, plate: Mapping[str, Any], touching: Mapping[int, int], x: float, y: float, top: float
-) -> float:
+def draw_front(sketch: Sketch, plate: Described, touching: Mapping[int, int], x: float, y: float, top: float) -> float:
     """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y.
 
     touching: the chain that touches each of its contact points.
     """
     contact: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
-    rings = _rings(plate)
-    if not rings:
+    # The outline and its holes, with the names of their edges.
+    rings = list[tuple[Any, list[str]]]()
+    if "corners" in plate:
+        rings.append((plate["corners"], list(plate.get("edges") or ["edge"] * len(plate["corners"]))))
+        rings += [(hole, [f"hole {k}"] * len(hole)) for k, hole in enumerate(plate.get("holes") or [], 1)]
+    elif "length" in plate and "width" in plate:
+        a, b = float(plate["length"]), float(plate["width"])
+        rings.append(([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)], ["bottom", "right", "top", "left"]))
+    else:
         away = 1e3 * float(plate.get("distance") or 0.0)
         sketch.block(x, (y - SPACE, y + SPACE), away + SPACE, "", facecolor="#eef1f4", linewidth=0.0)
         if away:
             kind = str(plate.get("edge", "free"))
-            words, look = f"edge: {kind}, {away:.4g} mm from the contact", EDGES.get(kind, EDGES["free"])
-            sketch.line([x, x], [y - SPACE, y + SPACE], words, solid_capstyle="butt", **look)
+            sketch.edge([x, x], [y - SPACE, y + SPACE], kind, f"edge: {kind}, {away:.4g} mm from the contact")
         beyond = f"the outline is in {plate['mesh']}" if "mesh" in plate else "the plate continues beyond the picture"
         sketch.line([x + (away or 0.5 * SPACE)], [y], f"contact; {beyond}", **contact)
         return y - SPACE
 
     corners = np.concatenate([ring for ring, _ in rings])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    factor = min(1.0, max(abs(sketch.ax.dataLim.x0), 100.0) / max(high - low))
-    half = 0.5 * factor * (high[1] - low[1])
+    low, (width, height) = corners.min(axis=0), 1e3 * np.ptp(corners, axis=0)
+    factor = min(1.0, max(abs(sketch.ax.dataLim.x0), 100.0) / max(width, height))
+    half = 0.5 * factor * height
     corner = np.array([x, min(y, top - half) - half])
 
-    def draw(places: Any, words: str, **look: Any) -> None:
-        x, y = (corner + factor * (np.reshape(places, (-1, 2)) - low)).T
-        sketch.line(x, y, words, **look)
+    def at(*places: Any) -> tuple[Any, Any]:
+        """Return x and y of places on the plate, m."""
+        x, y = (corner + factor * 1e3 * (np.array(places) - low)).T
+        return x, y
 
     for ring, names in rings:
-        for name, start, end in zip(names, ring, np.roll(ring, -1, axis=0), strict=True):
+        for name, start, end in zip(names, ring, [*ring[1:], ring[0]], strict=True):
             kind = (plate.get("supports") or {}).get(name, "free")
             kind = "elastic" if isinstance(kind, Mapping) else str(kind)
-            draw([start, end], f"edge: {kind}", solid_capstyle="butt", **EDGES.get(kind, EDGES["free"]))
+            sketch.edge(*at(start, end), kind, f"edge: {kind}")
     for addition in plate.get("additions") or []:
         if "region" in addition:
-            left, right, bottom, upper = 1e3 * np.array(addition["region"])
+            left, right, bottom, upper = addition["region"]
             box = [(left, bottom), (right, bottom), (right, upper), (left, upper), (left, bottom)]
-            draw(box, "weakened region", color=COLOURS[3], linewidth=1.2, linestyle="--")
+            sketch.line(*at(*box), "weakened region", color=COLOURS[3], linewidth=1.2, linestyle="--")
         elif "mass" in addition and "x" in addition:
-            place = 1e3 * np.array([addition["x"], addition["y"]])
-            draw(place, "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
+            place = addition["x"], addition["y"]
+            sketch.line(*at(place), "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
         elif "start" in addition and "end" in addition:
-            draw(1e3 * np.array([addition["start"], addition["end"]]), "stiffener", color=COLOURS[3], linewidth=2.5)
-    for point, place in enumerate(1e3 * np.reshape(plate.get("at") or [], (2, -1)).T):
+            sketch.line(*at(addition["start"], addition["end"]), "stiffener", color=COLOURS[3], linewidth=2.5)
+    for point, place in enumerate(np.reshape(plate.get("at") or [], (2, -1)).T):
         of = f" of chain {touching[point]}" if point in touching and len(touching) > 1 else ""
-        words = f"contact{of} at ({place[0]:.4g}, {place[1]:.4g}) mm" if point in touching else "other contacts"
-        draw(place, words, **contact, markerfacecolor=COLOURS[1] if point in touching else "white")
+        words = f"contact{of} at ({1e3 * place[0]:.4g}, {1e3 * place[1]:.4g}) mm"
+        face = COLOURS[1] if point in touching else "white"
+        sketch.line(*at(place), words if point in touching else "other contacts", **contact, markerfacecolor=face)
     scale = "" if factor == 1.0 else f", drawn × {factor:.2g}"
-    words = f"right: seen along the chain, {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm{scale}"
-    sketch.line([], [], words, linestyle="none")
+    sketch.note(f"right: seen along the chain, {width:.4g} × {height:.4g} mm{scale}")
     return float(corner[1])
 
 
-def _rings(plate: Mapping[str, Any]) -> Sequence[tuple[Any, list[str]]]:
-    """Return the outline and its holes, with the names of their edges; nothing of a plate without an outline."""
-    if "corners" in plate:
-        outer = 1e3 * np.array(plate["corners"])
-        holes = [1e3 * np.array(hole) for hole in plate.get("holes") or []]
-        edges = list(plate.get("edges") or ["edge"] * len(outer))
-        return [(outer, edges), *((hole, [f"hole {i + 1}"] * len(hole)) for i, hole in enumerate(holes))]
-    if "length" in plate and "width" in plate:
-        a, b = 1e3 * float(plate["length"]), 1e3 * float(plate["width"])
-        return [(np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)]), ["bottom", "right", "top", "left"])]
-    return []
-
-
-def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
+def size_of(bead: Described) -> tuple[float, float]:
     """Return the width of a bead along the chain and its height across it."""
     radius, size = bead.get("radius"), bead.get("size")
     height = 2e3 * float(radius or 0.5 * float(size or 0.01))
@@ -335,7 +334,7 @@ def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
     return height, max(height, length * abs(cos(bead.get("angle") or 0.0)))
 
 
-def _bead_in_words(bead: Mapping[str, Any]) -> str:
+def bead_in_words(bead: Described) -> str:
     """Return a bead in words: kind, size and material."""
     kind = str(bead.get("class", "bead")).rpartition(".")[2]
     words = [re.sub(r"(?<!^)([A-Z])", r" \1", kind).lower()]
@@ -345,15 +344,16 @@ def _bead_in_words(bead: Mapping[str, Any]) -> str:
         words[-1] += f" × {1e3 * bead['length']:.4g} mm" + " along the chain" * (bead.get("axis") == "along")
     if kind == "HollowSphere":
         words.append(f"wall {1e3 * (bead['radius'] - bead['inner_radius']):.3g} mm")
-    return ", ".join([*words, _material(bead)] if isinstance(bead.get("material"), Mapping) else words)
+    return ", ".join([*words, material_of(bead)] if isinstance(bead.get("material"), Mapping) else words)
 
 
-def _material(data: Any) -> str:
+def material_of(data: Described) -> str:
+    """Return the name of a material, or its modulus where it has none."""
     material = data.get("material")
     if not isinstance(material, Mapping):
         return "several plies" if material is None else "a material"
     if material.get("plies"):
-        return ", ".join(dict.fromkeys(map(_material, material["plies"])))
+        return ", ".join(dict.fromkeys(map(material_of, material["plies"])))
     if not material.get("name") and "youngs_modulus" in material:
         return f"E = {1e-9 * float(material['youngs_modulus']):.4g} GPa"
     return str(material.get("name") or "a material")

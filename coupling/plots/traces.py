@@ -1,6 +1,6 @@
 """Plots of one run or signal: forces with their waves, the chain over time, and the energies."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +10,7 @@ from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energies, energy_error, sensor_force
 from coupling.results.reading import Reading
-from structures.checks import instance, short, whole
-from structures.quantities import standard_uncertainty
-from structures.structure import Vector
+from structures.checks import whole
 from structures.units import handy
 
 if TYPE_CHECKING:
@@ -32,10 +30,7 @@ ENERGIES = {  # of a run, in words
 }
 
 
-def traces(
-    run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None,
-    spreads: Mapping[str, float | str] | None = None,
-) -> "Axes":  # fmt: skip
+def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None) -> "Axes":
     """Draw the force at sensors over time, with its waves marked, and AR and TOF in words.
 
     Parameters
@@ -46,8 +41,6 @@ def traces(
         Beads, 1 to N from the struck end; by default the middle bead of a run, all of a signal.
     ax : Axes, optional
         Where to draw; by default on a new figure.
-    spreads : mapping, optional
-        Of a run of `sensitivities`: standard uncertainties as of `uncertainty`; a band shows that of the force.
 
     Returns
     -------
@@ -72,11 +65,6 @@ def traces(
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
         colour = COLOURS[place % len(COLOURS)]
         ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.1, label=f"force at bead {number}")
-        if spreads is not None:
-            width = _uncertainty_of_force(run, number, spreads)
-            low, high = force.values - width, force.values + width
-            words = f"its standard uncertainty at bead {number}"
-            ax.fill_between(1e6 * force.time.values, low, high, color=colour, alpha=0.3, linewidth=0.0, label=words)
         _mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
     ax.axhline(0.0, color=INK, linewidth=0.4)
     ax.margins(x=0.0, y=0.1)
@@ -182,20 +170,6 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     styled(ax, "time (µs)", f"energy ({unit})")
     legend_below(ax)
     return ax
-
-
-def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, float | str]) -> Vector:
-    """Return the standard uncertainty of the force at a sensor by the law of propagation, N."""
-    names = run.parameter.values.tolist() if "contact_force_derivative" in run else []
-    instance("spreads", spreads, Mapping, 'a mapping such as {"thickness": 2e-5}')
-    if wrong := [name for name in spreads if name not in names]:
-        has = f"derivatives by {', '.join(names)}" if names else "no derivatives; take one of sensitivities"
-        raise ValueError(f"spreads: {short(wrong[0])} is no parameter; the run has {has}")
-    slopes = run.contact_force_derivative.sel(contact=[sensor, sensor + 1]).mean("contact").transpose("parameter", ...)
-    values = run.parameter_value.sel(parameter=list(spreads)).values.tolist()
-    texts = zip(spreads.items(), values, strict=True)
-    deviations = np.array([standard_uncertainty(f"spreads[{name!r}]", text, value) for (name, text), value in texts])
-    return np.asarray(np.linalg.norm(deviations[:, None] * slopes.sel(parameter=list(spreads)).values, axis=0))
 
 
 def _mark_waves(

@@ -15,32 +15,28 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from coupling.plots.canvas import COLOURS
 from coupling.plots.motion import known_motion
 from coupling.results.reading import Reading
 from structures.checks import finite, not_negative, one_of, positive
 from structures.units import handy
 
+# What can be shown: its name, unit and colours; those of the deflection, which has a sign, are white at zero.
 QUANTITIES = {
     "von_mises": ("von Mises stress", "Pa", "viridis"),
     "displacement": ("displacement", "m", "viridis"),
     "deflection": ("deflection", "m", "RdBu_r"),
 }
-"""What can be shown: its name, unit and colours; those of the deflection, which has a sign, are white at zero."""
 
+# The colours cover this part of the body, over all times. The stress at the contact is a hundred times that of the
+# waves, which a scale up to it would hide.
 COLOURED = 0.95
-"""The colours cover this part of the body, over all times. The stress at the contact is a hundred times that of the
-waves, which a scale up to it would hide."""
 
-CELLS = {"quad9": "BIQUADRATIC_QUAD", "tetra10": "QUADRATIC_TETRA", "hexahedron27": "TRIQUADRATIC_HEXAHEDRON"}
-"""VTK's names of meshio's types of cells."""
-
-SIGHT = (-0.45, 0.75, -0.48)
-"""Viewing direction on 3-D bodies, in a frame whose third axis points up."""
-
+CELLS = {"quad9": "BIQUADRATIC_QUAD", "tetra10": "QUADRATIC_TETRA", "hexahedron27": "TRIQUADRATIC_HEXAHEDRON"}  # of VTK
+SIGHT = np.array([-0.45, 0.75, -0.48])  # direction of view on 3-D bodies, in a frame whose third axis points up
 MEDIA = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 SUFFIXES = (*MEDIA, ".pdf")
 FRAME_TIME = 100  # of an animation, ms
-
 NO_WINDOW = (
     "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
     "libosmesa6), or start Python by xvfb-run"
@@ -113,18 +109,35 @@ def picture(
     motion, target = known_motion(motion), Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in {', '.join(SUFFIXES)}")
-    animated = target.suffix.lower() == ".gif"
-    if animated and time is not None:
-        raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
-    if not animated:
-        size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
-        motion = motion.isel(time=[int(size.argmax()) if time is None else _nearest(motion, time)])
-    view = _View(motion, show, factor, highest, run, dots=110 if animated else 200)
+    moments = motion.time.values
+    if target.suffix.lower() == ".gif":
+        if time is not None:
+            raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
+        from PIL import Image
+
+        scene = Scene(motion, show, factor, highest, run, dots=110)
+        images = [scene.pixels(number) for number in range(moments.size)]
+        frames = [Image.fromarray(image) for image in images]
+        # Frames share the colours of one palette; otherwise they would flicker.
+        sample = Image.fromarray(np.concatenate([image[::2, ::2] for image in images]))
+        palette = sample.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+        first, *others = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+        with written_whole("path", target) as part:
+            first.save(part, save_all=True, append_images=others, duration=FRAME_TIME, loop=0, optimize=False)
+        return NotebookPath(path)
+
+    if time is None:
+        number = int(np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1).argmax())
+    else:
+        spare = 0.5 * float(np.diff(moments).max(initial=0.0)) or 1e-6
+        if not moments[0] - spare <= finite("time", time, "s") <= moments[-1] + spare:
+            raise ValueError(
+                f"time = {time!r}: must lie between {moments[0]:.6g} and {moments[-1]:.6g} s, as the motion"
+            )
+        number = int(np.argmin(abs(moments - time)))
+    scene = Scene(motion.isel(time=[number]), show, factor, highest, run, dots=200)
     with written_whole("path", target) as part:
-        if animated:
-            _write_gif(part, [view.pixels(number) for number in range(motion.sizes["time"])])
-        else:
-            view.draw(0).savefig(part, dpi=view.dots)
+        scene.draw(0).savefig(part, dpi=scene.dots)
     return NotebookPath(path)
 
 
@@ -202,27 +215,7 @@ def written_whole(name: str, path: Path) -> Iterator[Path]:
         os.replace(part, path)
 
 
-def _nearest(motion: xr.Dataset, time: float) -> int:
-    """Return the number of the time nearest to `time`, which must lie within the motion."""
-    moments, wanted = motion.time.values, finite("time", time, "s")
-    spare = 0.5 * float(np.diff(moments).max()) if moments.size > 1 else 1e-6
-    if not moments[0] - spare <= wanted <= moments[-1] + spare:
-        raise ValueError(f"time = {time!r}: must lie between {moments[0]:.6g} and {moments[-1]:.6g} s, as the motion")
-    return int(np.argmin(abs(moments - wanted)))
-
-
-def _write_gif(path: Path, images: list[NDArray[np.uint8]]) -> None:
-    """Write frames that share the colours of one palette; otherwise they would flicker."""
-    from PIL import Image
-
-    frames = [Image.fromarray(image) for image in images]
-    sample = Image.fromarray(np.concatenate([image[::2, ::2] for image in images]))
-    palette = sample.quantize(256, method=Image.Quantize.MAXCOVERAGE)
-    flat = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    flat[0].save(path, save_all=True, append_images=flat[1:], duration=FRAME_TIME, loop=0, optimize=False)
-
-
-class _View:
+class Scene:
     """A motion in a figure, with the same colours, factor and frame at all times; see `picture`. dots: per inch."""
 
     def __init__(
@@ -231,65 +224,64 @@ class _View:
     ) -> None:  # fmt: skip
         self.name, self.unit, self.colours = QUANTITIES[one_of("show", show, QUANTITIES)]
         self.motion, self.dots, self.flat = motion, dots, motion.attrs["shape"] == "revolution"
-        self.force = None if run is None else _force(run, motion)
-        sides = np.ptp(self._grid().points, axis=0)
-        moved = np.asarray(motion.displacement.values, dtype=float)
-        greatest = float(np.linalg.norm(moved, axis=-1).max())
-        usual = round_number(0.1 * sides[sides > 0.0].min() / greatest) if greatest > 0.0 else 1.0
-        self.factor = usual if factor is None else not_negative("factor", factor)
-        self.values = np.asarray(motion.von_mises.values, dtype=float)
-        if show == "displacement":
-            self.values = np.linalg.norm(moved, axis=-1)
-        elif show == "deflection":
-            self.values = -moved @ np.array(motion.attrs["up"])
-        self.high = self._usual_end() if highest is None else positive("highest", highest, self.unit)
-        self.low = -self.high if show == "deflection" else 0.0
-        self._turn()
+        self.up = np.array([0.0, 0.0, 1.0] if self.flat else motion.attrs["up"])
+        self.up /= np.linalg.norm(self.up)
+        self.force: xr.DataArray | None = None
+        if run is not None:  # relative to the preload, up to the end of an animation
+            reading = Reading(run, "the Dataset of a run")
+            reading.check_one_chain("contact_force")
+            end = max(float((motion if motion.sizes["time"] > 1 else run).time[-1]), 2.0 * float(run.time[1]))
+            self.force = reading.dynamic_force().isel(contact=reading.beads[0]).sel(time=slice(None, end))
 
-    def _usual_end(self) -> float:
+        moved = np.asarray(motion.displacement.values, dtype=float)
+        size = np.linalg.norm(moved, axis=-1)
+        self.values = {"displacement": size, "deflection": -moved @ self.up}.get(show, motion.von_mises.values)
+        sides = np.ptp(self.grid().points, axis=0)
+        usual = round_number(0.1 * sides[sides > 0.0].min() / size.max()) if size.max() > 0.0 else 1.0
+        self.factor = usual if factor is None else not_negative("factor", factor)
+        self.high = self.usual_end() if highest is None else positive("highest", highest, self.unit)
+        self.low = -self.high if show == "deflection" else 0.0
+        self.turn()
+
+    def usual_end(self) -> float:
         """Return a round number that most of the body does not exceed, or the greatest value if that is not far off."""
-        sizes = self._grid(halves=1).compute_cell_sizes()
+        sizes = self.grid(halves=1).compute_cell_sizes()
         of_cells = abs(self.values[:, self.motion.cells.values].mean(axis=2))
         order = np.argsort(of_cells, axis=None)
-        size = np.broadcast_to(abs(sizes["Area"] + sizes["Volume"]), of_cells.shape).ravel()
-        passed = np.cumsum(size[order])
+        passed = np.cumsum(np.broadcast_to(abs(sizes["Area"] + sizes["Volume"]), of_cells.shape).ravel()[order])
         usual = float(of_cells.ravel()[order[np.searchsorted(passed, COLOURED * passed[-1])]])
         greatest = float(abs(self.values).max())
         return greatest or 1.0 if usual > 0.5 * greatest or usual == 0.0 else round_number(usual, up=True)
 
-    def _turn(self) -> None:
+    def turn(self) -> None:
         """Choose the directions of the picture, to the right, up, and towards the viewer, and its corners, m."""
-        up = np.array([0.0, 0.0, 1.0] if self.flat else self.motion.attrs["up"])
-        up /= np.linalg.norm(up)
         sight = np.array([0.0, 1.0, 0.0])
         if not self.flat:
-            ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
+            ahead = np.cross(self.up, np.eye(3)[np.argmin(abs(self.up))])
             ahead /= np.linalg.norm(ahead)
-            sight = np.array(SIGHT) / np.linalg.norm(SIGHT) @ np.array([np.cross(ahead, up), ahead, up])
-        right = np.cross(sight, up)
+            sight = SIGHT / np.linalg.norm(SIGHT) @ np.array([np.cross(ahead, self.up), ahead, self.up])
+        right = np.cross(sight, self.up)
         right /= np.linalg.norm(right)
         frame = np.array([right, np.cross(right, sight), -sight])
-        width, height, _ = np.ptp(self._grid().points @ frame.T, axis=0)
+        width, height, _ = np.ptp(self.grid().points @ frame.T, axis=0)
         self.lying = bool(height > 2.5 * width)
         self.frame = np.array([-frame[1], frame[0], frame[2]]) if self.lying else frame
         moments = [None, *range(self.motion.sizes["time"])]
-        places = np.concatenate([self._grid(moment).points for moment in moments]) @ self.frame[:2].T
+        places = np.concatenate([self.grid(moment).points for moment in moments]) @ self.frame[:2].T
         margin = 0.03 * np.ptp(places, axis=0).max()
         self.corners = places.min(axis=0) - margin, places.max(axis=0) + margin
         self.size = self.corners[1] - self.corners[0]
 
-    def _grid(self, number: int | None = None, part: int | None = None, halves: int = 2) -> Any:
+    def grid(self, number: int | None = None, part: int | None = None, halves: int = 2) -> Any:
         """Return the body at rest, or as it is drawn at a time; all of it, or a part."""
         import pyvista
 
-        motion = self.motion
+        motion, places = self.motion, self.motion.position.values.astype(float)
         cells = motion.cells.values if part is None else motion.cells.values[motion.part.values == part]
-        places = motion.position.values.astype(float)
         if number is not None:
             places = places + self.factor * motion.displacement.values[number]
-        grid: Any = pyvista.UnstructuredGrid(
-            {getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]]): cells}, places
-        )
+        kind = getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]])
+        grid: Any = pyvista.UnstructuredGrid({kind: cells}, places)
         if number is not None:
             grid["value"] = self.values[number]
         return grid.merge(grid.reflect((1.0, 0.0, 0.0))) if self.flat and halves == 2 else grid
@@ -299,24 +291,24 @@ class _View:
         import pyvista
 
         window, far = [pixels, max(2, round(pixels * self.size[1] / self.size[0]))], 10.0 * float(self.size.max())
-        with _quiet():
-            plotter: Any = pyvista.Plotter(
-                off_screen=True, window_size=window, lighting="none" if self.flat else "light kit"
-            )
+        with quiet():
+            light: Any = "none" if self.flat else "light kit"
+            plotter: Any = pyvista.Plotter(off_screen=True, window_size=window, lighting=light)
         plotter.set_background("white")
         for part in np.unique(self.motion.part.values).tolist():
             # Outlines at rest lie behind the body, those of the moved body in front of it.
             for moment, colour, lift in ((None, "#a0a0a0", -1e-4), (number, "black", 1e-4)):
-                surface = self._grid(moment, part).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
-                edges = surface.extract_feature_edges(30.0, feature_edges=not self.flat, manifold_edges=False)
-                edges.points += lift * far * self.frame[2]
+                if moment is None and not self.flat:
+                    continue
+                surface = self.grid(moment, part).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
                 if moment is not None:
                     plotter.add_mesh(
                         surface, scalars="value", cmap=self.colours, clim=(self.low, self.high), show_scalar_bar=False,
                         lighting=not self.flat, ambient=0.65, diffuse=0.4,
                     )  # fmt: skip
-                if moment is not None or self.flat:
-                    plotter.add_mesh(edges, color=colour, line_width=self.dots / 45.0, lighting=False)
+                edges = surface.extract_feature_edges(30.0, feature_edges=not self.flat, manifold_edges=False)
+                edges.points += lift * far * self.frame[2]
+                plotter.add_mesh(edges, color=colour, line_width=self.dots / 45.0, lighting=False)
         middle = (self.corners[0] + self.corners[1]) / 2.0 @ self.frame[:2]
         plotter.enable_parallel_projection()
         plotter.camera.position, plotter.camera.focal_point = middle + far * self.frame[2], middle
@@ -332,12 +324,11 @@ class _View:
         from matplotlib.colors import Normalize
         from matplotlib.figure import Figure
 
-        below = 0.0 if self.force is None else 1.7
         width = min(4.8, 3.8 * self.size[0] / self.size[1])
         height, wide = width * self.size[1] / self.size[0], self.size[1] < 0.6 * self.size[0]
-        figure = Figure((max(3.9, width + (0.9 if wide else 1.9)), height + (1.9 if wide else 1.1) + below), self.dots)
+        heights = [height + 1.0] if self.force is None else [height + 1.0, 1.7]
+        figure = Figure((max(3.9, width + (0.9 if wide else 1.9)), sum(heights) + (0.9 if wide else 0.1)), self.dots)
         figure.set_layout_engine("constrained")
-        heights = [height + 1.0] if self.force is None else [height + 1.0, below]
         body, *others = figure.subplots(len(heights), height_ratios=heights, squeeze=False)[:, 0]
         (left, bottom), (right, top) = (1e3 * corner for corner in self.corners)
         upright = self.flat and not self.lying  # its depth is −z
@@ -345,14 +336,13 @@ class _View:
         body.imshow(self.image(number, round(2.0 * self.dots * width)), extent=extent, interpolation="antialiased")
         moment = 1e6 * float(self.motion.time[number])
         times = f"{self.factor:,.0f}".replace(",", "\N{THIN SPACE}") if self.factor >= 1e3 else f"{self.factor:g}"
-        moved = f",  displacement × {times}" if self.factor > 0.0 else ""
-        body.set_title(f"t = {moment:.1f} µs{moved}", fontsize=9.0)
+        body.set_title(f"t = {moment:.1f} µs" + f",  displacement × {times}" * (self.factor > 0.0), fontsize=9.0)
         factor, unit = handy([5.0 * self.high], self.unit)  # in which the highest value is 0.2 or more
         over, under = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
         figure.colorbar(
             ScalarMappable(Normalize(self.low * factor, self.high * factor), self.colours), ax=body,
             label=f"{self.name} ({unit})", location="bottom" if wide else "right", aspect=30.0,
-            extend={(True, True): "both", (True, False): "max", (False, True): "min"}.get((over, under), "neither"),
+            extend=("neither", "max", "min", "both")[int(over) + 2 * int(under)],
         )  # fmt: skip
         if self.flat:
             depth = f"{self.motion.attrs.get('depth', 'depth')} (mm)"
@@ -369,10 +359,9 @@ class _View:
                 f"{length:g} mm", (middle, bottom), (0.0, -4.0), textcoords="offset points", ha="center", va="top",
                 fontsize=9.0, annotation_clip=False,
             )  # fmt: skip
-        if self.force is not None:
-            (axes,) = others
-            axes.plot(1e6 * self.force.time, self.force, color="#0072B2", linewidth=0.8)
-            axes.axvline(moment, color="#D55E00", linewidth=0.8)
+        for axes in others:
+            axes.plot(1e6 * self.force.time, self.force, color=COLOURS[0], linewidth=0.8)  # type: ignore[union-attr]
+            axes.axvline(moment, color=COLOURS[1], linewidth=0.8)
             axes.set(xlabel="time (µs)", ylabel="force on the\nstructure (N)")
             axes.margins(x=0.0)
         return figure
@@ -386,16 +375,6 @@ class _View:
         return np.array(canvas.buffer_rgba())[..., :3]
 
 
-def _force(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:
-    """Return the force on the structure relative to the preload, N, up to the end of an animation."""
-    reading = Reading(run, "the Dataset of a run")
-    reading.check_one_chain("contact_force")
-    end = float(motion.time[-1]) if motion.sizes["time"] > 1 else float(run.time[-1])
-    return (
-        reading.dynamic_force().isel(contact=reading.beads[0]).sel(time=slice(None, max(end, 2.0 * float(run.time[1]))))
-    )
-
-
 def round_number(value: float, up: bool = False) -> float:
     """Return the next number of 1, 2, 5, 10, ... below a positive one, or above it."""
     steps = np.outer(10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0), (1.0, 2.0, 5.0)).ravel()
@@ -403,7 +382,7 @@ def round_number(value: float, up: bool = False) -> float:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Silence VTK where it tries windows that it cannot create; raise OSError where none is left: VTK ends Python."""
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, as it brings the windows
     from vtkmodules.vtkCommonCore import vtkLogger

@@ -176,9 +176,9 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
 
 def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
     """Side by side, struck from the left."""
-    from coupling.plots.view import _View
+    from coupling.plots.view import Scene
 
-    figure = _View(passage, "von_mises", 0.0, 20e6, None, 80).draw(4)
+    figure = Scene(passage, "von_mises", 0.0, 20e6, None, 80).draw(4)
     assert "along the chain (mm)" in [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
     hl.plots.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
     assert (tmp_path / "beads.png").stat().st_size > 10_000

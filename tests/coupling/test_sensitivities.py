@@ -173,35 +173,6 @@ def test_a_budget_adds_squares_and_agrees_with_sampling():
     assert max(map(len, str(budget).splitlines())) <= 80
 
 
-def test_a_band_shows_the_uncertainty_of_a_force(change):
-    # Force and time scale with the speed: at the peak, where the force does not change with time, u(F)/F = 1.2 u(v)/v.
-    spreads = {"impact_speed": 0.01 * SPEED, "modulus": 0.05 * MODULUS}
-    force = hl.sensor_force(change, 6)
-
-    def band(names):
-        ax = hl.plots.traces(change, 6, spreads={name: spreads[name] for name in names})
-        corners = ax.collections[0].get_paths()[0].vertices[:, 1]
-        low, high = corners[1 : force.size + 1], corners[force.size + 2 : -1][::-1]
-        return ax, abs(high - low) / 2.0
-
-    (ax, by_speed), (_, by_modulus), (_, by_both) = map(band, (["impact_speed"], ["modulus"], [*spreads]))
-    peak = int(force.values.argmax())
-    # Samples lie beside the peak; dF/dt adds 0.2 t there.
-    assert by_speed[peak] == pytest.approx(0.012 * float(force[peak]), rel=0.05)
-    assert by_modulus.max() > 0.1 * by_speed.max()
-    assert by_both == pytest.approx(np.hypot(by_speed, by_modulus), abs=1e-9 * by_both.max())
-    spreads |= {"impact_speed": f"{1e3 * spreads['impact_speed']!r} mm/s", "modulus": "5 %"}
-    assert band([*spreads])[1] == pytest.approx(by_both, rel=1e-9)
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert any(text.startswith("its standard uncertainty at bead 6") for text in words)
-    with pytest.raises(ValueError, match="spreads: 'thickness' is no parameter; the run has derivatives by modulus"):
-        hl.plots.traces(change, 6, spreads={"thickness": 1e-5})
-    with pytest.raises(ValueError, match=r"spreads\['modulus'\] = 'five': must be a standard uncertainty"):
-        hl.plots.traces(change, 6, spreads={"modulus": "five"})
-    with pytest.raises(ValueError, match="the run has no derivatives; take one of sensitivities"):
-        hl.plots.traces(build().run(1e-4), 6, spreads={"modulus": 1e7})
-
-
 @pytest.mark.parametrize("draws", [0, 3])
 def test_a_budget_says_once_what_the_user_must_know(draws):
     """A fast striker makes contacts yield; bead 11 of 12 is too near the wall."""

@@ -64,7 +64,7 @@ def solid_motion() -> xr.Dataset:
 def screen() -> None:
     """Skips where the machine cannot draw."""
     try:
-        with view._quiet():
+        with view.quiet():
             pass
     except OSError as error:
         pytest.skip(str(error))
@@ -97,7 +97,7 @@ def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: 
 @pytest.mark.usefixtures("screen")
 def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> None:
     """The image is symmetric; undeformed, its dark-bordered body fills the part of the frame that its corners give."""
-    look = view._View(motion, "von_mises", 0.0, 1e6, None, 100)
+    look = view.Scene(motion, "von_mises", 0.0, 1e6, None, 100)
     assert not look.lying
     image = look.image(1, 400).astype(int)
     assert (abs(image - image[:, ::-1]).max(axis=2) > 30).mean() < 0.02
@@ -114,7 +114,7 @@ def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> No
 def test_long_bodies_lie_down(motion: xr.Dataset) -> None:
     """The factor makes a tenth of the shortest side."""
     long = motion.assign_coords(position=motion.position * [1.0, 1.0, 20.0])
-    scene = view._View(long, "von_mises", None, None, None, 100)
+    scene = view.Scene(long, "von_mises", None, None, None, 100)
     assert scene.lying
     greatest = scene.factor * float(np.linalg.norm(motion.displacement, axis=-1).max())
     assert 0.04 * 2.0 * RADIUS < greatest <= 0.1 * 2.0 * RADIUS
@@ -183,7 +183,7 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
         raise RuntimeError("stopped")
 
     (tmp_path / "a.png").write_text("before")
-    monkeypatch.setattr(view._View, "image", fail)
+    monkeypatch.setattr(view.Scene, "image", fail)
     with pytest.raises(RuntimeError, match="stopped"):
         hl.plots.picture(motion, tmp_path / "a.png")
     with pytest.raises(RuntimeError, match="stopped"):
