@@ -555,13 +555,13 @@ def _measures() -> dict[str, Target]:
             hl.identify,
             {
                 **{"signal": tapped(), "build": against, "nuisances": ["gain"], "sensors": [2], "until": 1e-4},
-                **{"noise": 1.0, "starts": 1, "seed": 0, "guess": {"speed": 0.3}, "discrepancy": 0.0},
+                **{"noise": 1.0, "seed": 0, "guess": {"speed": 0.3}, "discrepancy": 0.0},
                 "speed": (0.2, 0.5),
             },
             lambda one: one,  # an error may name an argument of what `build` calls
             {
                 **{"signal": datasets, "speed": (0.3, (0.3, 0.3), (0.5, 0.2), (-1.0, 1.0), (0.2, np.inf), "ab")},
-                **{"guess": ({"speed": 9.0}, {"x": 0.3}, 0.3), "sensors": ([1], [99], [4, 4], [0]), "starts": (0, 2.5)},
+                **{"guess": ({"speed": 9.0}, {"x": 0.3}, 0.3), "sensors": ([1], [99], [4, 4], [0])},
                 **{"until": (1e-12, 1.0)},
             },
             LONG,

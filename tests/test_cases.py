@@ -630,7 +630,6 @@ def test_a_model_that_does_not_fit_is_identified_nowhere(command: Callable[..., 
 [identify]
 sensors = {{ 5 = 1 }}
 unit = "N"
-starts = 1
 unknowns = {{ "{MODULUS}" = ["6 GPa", "10 GPa"] }}
 nuisances = ["gain", "chain.impact_speed"]
 """
@@ -672,7 +671,6 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
         [identify]
         sensors = { 5 = 1 }
         unit = "N"
-        starts = 1
         unknowns = { "structure.material.youngs_modulus" = ["2 GPa", "5 GPa"] }
     """
     Path("wall.toml").write_text(text + asked.replace("        ", ""))

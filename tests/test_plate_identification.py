@@ -88,11 +88,10 @@ def test_identify_finds_a_plate_that_python_builds() -> None:
     """The wave's way from the edge and the plate's impedance determine distance and thickness."""
     signal, ranges = on_plate(2e-3, 0.03).run(4e-4), {"thickness": (1.5e-3, 3e-3), "away": (0.02, 0.06)}
     with pytest.warns(hl.HertzlinkWarning, match="yield: contact"):
-        found = hl.identify(signal, on_plate, sensors=[5], until=4e-4, nuisances=[], starts=1, **ranges)
+        found = hl.identify(signal, on_plate, sensors=[5], until=4e-4, nuisances=[], **ranges)
     assert sum(warning.startswith("yield: ") for warning in found.warnings) == 1
     assert found["thickness"].value == pytest.approx(2e-3, rel=5e-3)
     assert found["away"].value == pytest.approx(0.03, rel=5e-3)
-    assert "whole plate: modes" in str(found)
 
 
 @pytest.mark.thorough
@@ -110,7 +109,6 @@ def test_identify_finds_an_edge_of_a_small_thin_plate(record: str) -> None:
     low, high = place.interval  # not symmetric, because beads that rattle make χ² rough
     assert abs(place.value - 0.037) < 3.3 / 1.96 * abs((low if place.value > 0.037 else high) - place.value)
     assert place.error < 0.01 * 0.037
-    assert "whole plate: modes" in " ".join(answer_of(question, found).text.split())
 
 
 def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> None:

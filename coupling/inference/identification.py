@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from html import escape
-from pathlib import Path
 from textwrap import fill
 from typing import Any
 
@@ -25,12 +23,15 @@ HALF = 0.5
 LINE = 80
 """Characters of a line."""
 
+DEVIATIONS = 1.959964
+"""Standard deviations in half of a 95 % interval."""
+
 
 class Printed:
-    """A result that a notebook shows as `print` does."""
+    """A result that Python's prompt and a notebook show as `print` does."""
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(str(self))}</pre>"
+    def __repr__(self) -> str:
+        return str(self)
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class Unknown:
         return self.head, _rounded(value, error), interval, verdict
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification(Printed):
     """What `identify` found; print it for a table.
 
@@ -103,8 +104,8 @@ class Identification(Printed):
         Values of the unknowns at all fits that the noise does not exclude, the best first.
     runs : int
         The number of runs.
-    warnings, remarks : list of str
-        What the user must know, and how accurate the model of a plate is.
+    warnings : list of str
+        What the user must know.
     input : dict
         What was asked for.
     """
@@ -118,7 +119,6 @@ class Identification(Printed):
     runs: int
     warnings: list[str] = field(default_factory=list)
     input: dict[str, Any] = field(default_factory=dict)
-    remarks: list[str] = field(default_factory=list)
 
     @property
     def identified(self) -> bool:
@@ -140,13 +140,9 @@ class Identification(Printed):
             others = [(self.unknowns[name], value) for name, value in mode.items()]
             also = (f"{one.name} = {value / one.unit_size:.4g} {one.unit}".rstrip() for one, value in others)
             notes.append(f"fits as well: {', '.join(also)}")
-        notes += [*(f"note: {warning}" for warning in self.warnings), *self.remarks]
+        notes += [f"note: {warning}" for warning in self.warnings]
         head = ("unknown", "value", "95 % interval", "verdict")
         return as_text([head, *(one.row() for one in self.unknowns.values())], notes)
-
-    def __repr__(self) -> str:
-        rows = [unknown.row() for unknown in self.unknowns.values()]
-        return f"Identification({'; '.join(f'{row[0]} = {row[1]} ({row[3]})' for row in rows)})"
 
     def to_dataset(self) -> xr.Dataset:
         """Return everything as a Dataset: values, intervals, correlation, traces and residual.
@@ -154,22 +150,17 @@ class Identification(Printed):
         Over the dimension `unknown`: value, low, high, verdict; the unit of tables, and its size in that of the values;
         over `mode` as well: the values of all fits, NaN for the nuisances of the sensors.
         """
-        names, all_of = list(self.unknowns), list(self.unknowns.values())
-        columns = {key: [getattr(one, key) for one in all_of] for key in ("value", "verdict", "unit", "unit_size")}
-        columns |= {key: [one.interval[end] for one in all_of] for end, key in enumerate(("low", "high"))}
+        names, every = list(self.unknowns), self.unknowns.values()
+        columns = {name: [getattr(one, name) for one in every] for name in ("value", "verdict", "unit", "unit_size")}
+        columns |= {name: [one.interval[end] for one in every] for end, name in enumerate(("low", "high"))}
+        data = self.data.assign_coords(unknown=names).assign({name: ("unknown", c) for name, c in columns.items()})
         fits = [[fit.get(name, np.nan) for name in names] for fit in self.modes]
-        data = self.data.assign_coords(unknown=names)
-        data = data.assign({name: ("unknown", column) for name, column in columns.items()})
         data["modes"] = ("mode", "unknown"), np.reshape(fits, (len(fits), len(names)))
         data["correlation"] = self.correlation
         return data.assign_attrs(
             misfit=self.misfit, explained=int(self.explained), runs=self.runs, **as_attribute(self.warnings),
             **provenance({"identify": self.input}),
         )  # fmt: skip
-
-    def save(self, path: str | Path) -> None:
-        """Write the Dataset of `to_dataset` to a netCDF file; one that exists is replaced."""
-        self.to_dataset().to_netcdf(path, engine="h5netcdf")
 
 
 def as_text(rows: Sequence[Sequence[str]], notes: Sequence[str], are_numbers: bool = False) -> str:

@@ -1,24 +1,34 @@
 """Unknowns of a structure from measured signals: a global search, least squares, intervals and verdicts."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identification import Identification
-from coupling.inference.intervals import judged
-from coupling.inference.measured import measured_signal
-from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
-from coupling.inference.plates import FREQUENCY, on_modes
-from coupling.inference.prediction import Prediction, range_of, usual_length
-from coupling.inference.search import Search
-from coupling.inference.settings import SETTINGS
+from coupling.inference.identification import (
+    AT_END,
+    BLIND,
+    DEVIATIONS,
+    HALF,
+    IDENTIFIED,
+    NOT_TRUSTED,
+    NUISANCE,
+    Identification,
+    Unknown,
+)
+from coupling.inference.intervals import UNLIKELY, covariance_of, interval_of
+from coupling.inference.measured import Measured, measured_signal, remembered
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Fit, Misfit, inverse
+from coupling.inference.plates import on_modes
+from coupling.inference.prediction import Prediction, length_of, range_of
+from coupling.inference.search import MANY, Search
+from coupling.results.findings import findings_of, warn
 from coupling.sweeps.points import progress
-from coupling.sweeps.sweep import check_build
-from structures.checks import finite, not_negative, positive, short, whole
+from structures.caution import collected
+from structures.checks import count_of, finite, not_negative, short, whole
 from structures.linear_algebra.one_thread import one_thread
 from structures.units import readable
 
@@ -30,8 +40,7 @@ def identify(
     nuisances: Iterable[str] = (GAIN, TIME_ZERO),
     sensors: Iterable[int] | None = None,
     until: float | None = None,
-    noise: float | Mapping[int, float] | None = None,
-    starts: int = 3,
+    noise: float | None = None,
     seed: int = 0,
     guess: Mapping[str, float] | None = None,
     discrepancy: float = 0.0,
@@ -51,10 +60,8 @@ def identify(
         Beads whose traces are compared; by default all of a signal. A run needs them.
     until : float, optional
         The record counts up to this time after the impact, s; by default four times a wave's way through the chain.
-    noise : float or mapping, optional
-        Standard deviation of a sample, N, or sensor → value; by default `noise` of the signal, or an estimate.
-    starts : int
-        Number of points of the scan from which least squares start.
+    noise : float, optional
+        Standard deviation of a sample, N; by default `noise` of the signal, or an estimate.
     seed : int
         Of the scan's points.
     guess : mapping, optional
@@ -97,9 +104,7 @@ def identify(
     if not wanted:
         raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
     measured = measured_signal(signal, sensors, noise)
-    record = float(measured.time[-1] - measured.time[0])
-    length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
-    check_build(build, dict(ranges), "build", "unknowns")
+    length = length_of(build, wanted, until, float(measured.time[-1] - measured.time[0]))
     start = None
     if guess is not None:
         if not isinstance(guess, Mapping) or sorted(guess) != sorted(ranges):
@@ -110,8 +115,32 @@ def identify(
         start = np.array([unknown.place(guess[unknown.name]) for unknown in wanted])
     modes = on_modes(build, {unknown.name: (unknown.low, unknown.high) for unknown in wanted}, length)
     prediction = Prediction(modes or build, wanted, [sensor.bead for sensor in measured.sensors], length)
-    contact, wave, longest = prediction.contact_time, prediction.first.chain.transit_time, min(record, length)
-    if (coarsest := contact / SETTINGS.samples_per_contact) < measured.step:
+    _check_times(measured, prediction)
+    lines = [k for k, unknown in enumerate(wanted) if unknown.name not in names] or list(range(len(wanted)))
+    search = Search(Misfit(prediction, measured, names, length), whole("seed", seed, 0), start, lines)
+    inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed}
+    if "sensor_force" in signal:
+        conditioning = str(signal.attrs.get("conditioning", "")).splitlines()
+        inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {"conditioning": conditioning}
+    with progress(0, "identify", "run") as prediction.progress:
+        return _found(search, not_negative("discrepancy", discrepancy), names, inputs)
+
+
+def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
+    """Return the names of nuisances."""
+    names = [nuisances] if isinstance(nuisances, str) else list(nuisances)
+    if wrong := [name for name in names if name not in (*OF_SENSORS, *ranges)]:
+        choices = ", ".join(OF_SENSORS)
+        raise ValueError(f"nuisances: {short(wrong[0])} is none; must be {choices}, or an unknown that has a range")
+    return names
+
+
+def _check_times(measured: Measured, prediction: Prediction) -> None:
+    """Raise a ValueError for a signal that is too coarse or too short, perhaps because its unit of time is another."""
+    contact, wave = prediction.contact_time, prediction.first.chain.transit_time
+    record = float(measured.time[-1] - measured.time[0])
+    longest, coarsest = min(record, prediction.until), 0.25 * contact
+    if coarsest < measured.step:
         units = (("ms", "ms", 1e-3), ("us", "µs", 1e-6))
         fits = [one for one in units if one[2] * measured.step <= coarsest and one[2] * record >= 0.5 * wave]
         raise ValueError(
@@ -124,28 +153,100 @@ def identify(
             f"signal: {readable(longest, 's', 4)} are compared, but the wave needs about {readable(wave, 's', 4)} "
             "through the chain; record longer, or give a longer until"
         )
-    misfit = Misfit(prediction, measured, names, length)
-    lines = [k for k, unknown in enumerate(wanted) if unknown.name not in names] or list(range(len(wanted)))
-    search = Search(misfit, whole("starts", starts), whole("seed", seed, 0), start, lines)
-    inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed}
-    if "sensor_force" in signal:
-        conditioning = str(signal.attrs.get("conditioning", "")).splitlines()
-        inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {"conditioning": conditioning}
-    with progress(0, "identify", "run") as prediction.progress:
-        found = judged(search, not_negative("discrepancy", discrepancy), names, inputs)
-    if modes is not None:
-        found.remarks.append(
-            f"whole plate: modes up to {1e-3 * FREQUENCY:g} kHz or more, for all places and thicknesses"
+
+
+def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs: dict[str, Any]) -> Identification:
+    """Search, and judge what is found. discrepancy: of the model, as a part of each peak."""
+    misfit, prediction = search.misfit, search.misfit.prediction
+    minima = search.minima()
+    best, point, beside = search.settled(minima[0])
+    if any(sensor.memory.size for sensor in misfit.measured.sensors):
+        rows = misfit.data(best).residual.transpose("sensor", "time").values
+        sensors = [
+            remembered(sensor, row) if sensor.memory.size else sensor
+            for sensor, row in zip(misfit.measured.sensors, rows, strict=True)
+        ]
+        rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
+        misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
+        minima = [search.solved(places) for places in rivals]
+        best, point, beside = search.settled(search.solved(best.places))
+    covariance, size, explained = covariance_of(misfit, point, discrepancy)
+
+    # Other fits that the noise does not exclude, and that are apart.
+    inflation = np.maximum(np.diag(covariance) / np.diag(inverse(point.columns)), 1e-6)[: search.size]
+    modes, root = [best], np.sqrt(np.diag(covariance))
+    for fit in sorted([*minima, *beside], key=lambda one: one.misfit):
+        as_good = fit.misfit - best.misfit < UNLIKELY * float(inflation.max())
+        if as_good and all((abs(fit.places - mode.places) > 3.0 * root[: search.size]).any() for mode in modes):
+            modes.append(fit)
+
+    unknowns, at_end = dict[str, Unknown](), list[str]()
+    for k, unknown in enumerate(search.ranges):
+        place = best.places[k]
+        ends = interval_of(search, modes, k, covariance, float(inflation[k]))
+        value, low, high = (unknown.value(one) for one in (place, *ends))
+        if min(place, 1.0 - place) < 1e-6:
+            at_end.append(unknown.name)
+        if unknown.name in nuisances:
+            verdict = NUISANCE
+        elif not explained:
+            verdict = NOT_TRUSTED
+        elif high - low > HALF * min(2.0 * abs(value), unknown.high - unknown.low):
+            verdict = BLIND
+        else:
+            verdict = AT_END if unknown.name in at_end else IDENTIFIED
+        unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict)
+    gains = iter(best.gains.tolist())
+    for name, half in zip(misfit.names[search.size :], (DEVIATIONS * root[search.size :]).tolist(), strict=True):
+        of_time = name == TIME_ZERO
+        value, half = (best.time_zero, half * misfit.unit) if of_time else (next(gains), half)
+        unit: tuple[Any, ...] = ("µs", 1e-6) if of_time else ()
+        unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, *unit)
+
+    notes = list[str]()
+    if not explained:
+        notes.append(
+            f"the residual is {size:.3g} times the noise: the model lacks something, and values may be biased by more "
+            "than their intervals"
         )
-    return found
+    said = [warning for warning in prediction.warnings.values() if not warning.startswith("yield: ")]
+    if len(said) < len(prediction.warnings):
+        # Of yield, only what the best run does.
+        with collected():
+            run = prediction.made(**prediction.values(best.places)).run(prediction.until)
+        notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
+    notes += [f"{name}: {AT_END}; widen it" for name in at_end]
+    notes += _of_sensors(misfit, best)
+    if prediction.failed:
+        notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
+    if len(modes) > 1:
+        notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
+    if explained and search.guess is None and search.size >= MANY:
+        notes.append(
+            f"identify: without a guess a fit of {MANY} unknowns or more may end at a wrong minimum that explains the "
+            "signal; fit again with another seed and compare"
+        )
+    warn(notes)
+    correlation = xr.DataArray(covariance / np.outer(root, root), {"unknown": misfit.names, "other": misfit.names})
+    values = [prediction.values(mode.places) for mode in modes]
+    return Identification(
+        unknowns, correlation, misfit.data(best), size, explained, values, prediction.runs, [*said, *notes], inputs
+    )
 
 
-def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
-    """Return the names of nuisances."""
-    names = [nuisances] if isinstance(nuisances, str) else list(nuisances)
-    for name in names:
-        if name not in (*OF_SENSORS, *ranges):
-            raise ValueError(
-                f"nuisances: {short(name)} is none; must be {', '.join(OF_SENSORS)}, or an unknown that has a range"
+def _of_sensors(misfit: Misfit, best: Fit) -> list[str]:
+    """Return what was fitted as hum, drift and correlated noise."""
+    data, notes = misfit.data(best), list[str]()
+    for row, sensor in enumerate(misfit.measured.sensors):
+        if sensor.drifts:
+            baseline, peak = data.baseline.values[row][misfit.used[row]], float(abs(best.fitted[row]).max())
+            notes.append(
+                f"sensor {sensor.bead}: the quiet lead shows hum or drift; ± {50.0 * np.ptp(baseline) / peak:.2g} % of "
+                "the peak was fitted"
             )
-    return names
+        if sensor.memory.size:
+            notes.append(
+                f"sensor {sensor.bead}: its noise is correlated from sample to sample, as the quiet lead shows, and "
+                f"was fitted with a memory of {count_of(sensor.memory.size, 'sample')}"
+            )
+    return notes

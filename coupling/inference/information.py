@@ -8,12 +8,11 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identification import BLIND, HALF, IDENTIFIED, NUISANCE, Printed, as_text
+from coupling.inference.identification import BLIND, DEVIATIONS, HALF, IDENTIFIED, NUISANCE, Printed, as_text
 from coupling.inference.identify import nuisances_of
 from coupling.inference.measured import Measured, Sensor
-from coupling.inference.misfit import GAIN, OFFSET, TIME_ZERO, Misfit, inverse
-from coupling.inference.prediction import Prediction, Range, usual_length
-from coupling.inference.settings import SETTINGS
+from coupling.inference.misfit import GAIN, OFFSET, TIME_ZERO, Misfit, inverse, steps_for
+from coupling.inference.prediction import MOST_SAMPLES, Prediction, Range, length_of
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import warn
 from coupling.results.waves import ReflectedWave
@@ -64,16 +63,16 @@ class Information(Printed):
         """Return "identified", or "blind" if ± 1.96 bounds exceed half of the value."""
         if name not in self.values:
             raise ValueError(f"name = {short(name)}: must be one of {', '.join(self.values)}")
-        return BLIND if SETTINGS.deviations * self.relative[name] > HALF else IDENTIFIED
+        return BLIND if DEVIATIONS * self.relative[name] > HALF else IDENTIFIED
 
     def __str__(self) -> str:
         rows = [("unknown", "value", "95 % at best", "verdict")]
         for name, bound in self.bounds.items():
             if name in self.values:
-                verdict, part = self.verdict(name), f"± {100.0 * SETTINGS.deviations * self.relative[name]:.2g} %"
+                verdict, part = self.verdict(name), f"± {100.0 * DEVIATIONS * self.relative[name]:.2g} %"
                 rows.append((name, f"{self.values[name]:.4g}", part if verdict == IDENTIFIED else "-", verdict))
             else:
-                rows.append((name, "", f"± {SETTINGS.deviations * bound:.2g}", NUISANCE))
+                rows.append((name, "", f"± {DEVIATIONS * bound:.2g}", NUISANCE))
         return as_text(rows, [f"note: {warning}" for warning in self.warnings])
 
 
@@ -132,11 +131,11 @@ def identifiability(
 
     # Steps that suit the errors, and a warning where half of them change an error that is not blind anyway.
     first = np.array([*bounds_of(derivatives(STEP))[0].values()])[: len(values)]
-    steps = np.clip(SETTINGS.step_over_error * first, SETTINGS.shortest_step, SETTINGS.longest_step)
+    steps = steps_for(first)
     columns = derivatives(steps)
     bounds, halved = bounds_of(columns)[0], bounds_of(derivatives(0.5 * steps))[0]
     notes, away = list[str](), {name: abs(halved[name] / bounds[name] - 1.0) for name in values}
-    unsure = [name for name in values if away[name] > SURE and SETTINGS.deviations * bounds[name] <= HALF]
+    unsure = [name for name in values if away[name] > SURE and DEVIATIONS * bounds[name] <= HALF]
     if unsure:
         largest = 100.0 * max(away[name] for name in unsure)
         notes.append(f"bounds of {', '.join(unsure)} are exact to {largest:.0f} % only")
@@ -170,11 +169,9 @@ class Design:
         Likely.SAMPLE.warn("identifiability", "sample_every", step)
         ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in self.values.items()]
         beads = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
-        until = usual_length(build, ranges) if until is None else positive("until", until, "s")
-        if until / step > SETTINGS.most_samples:
-            raise ValueError(
-                f"sample_every = {step!r} s: makes more than {SETTINGS.most_samples:.0e} samples of a trace"
-            )
+        until = length_of(build, ranges, until)
+        if until / step > MOST_SAMPLES:
+            raise ValueError(f"sample_every = {step!r} s: makes more than {MOST_SAMPLES:.0e} samples of a trace")
         self.prediction, self.places = Prediction(build, ranges, beads, until), np.full(len(ranges), 0.5)
         self.nuisances, time = nuisances_of(nuisances, values), np.arange(0.0, until, step)
         rows = [

@@ -4,21 +4,24 @@ The quiet lead alone says what that is: white noise, noise that remembers its la
 lacks shows only where there are waves, and no disturbance may explain it.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.polynomial.legendre import legvander
+from scipy.signal import lfilter
 
 from coupling.inference.prediction import NUMERICAL
-from coupling.inference.settings import SETTINGS
 from coupling.results.measures import sensor_force
 from coupling.results.schema import kind_of
 from coupling.results.sensor_trace import interpolated_over_gaps, noise_level, quiet_lead
 from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
+
+FEWEST, FEWEST_OF_LEAD = 16, 50
+"""Samples of a sensor, and of a quiet lead, which then gives the noise to 10 %."""
 
 
 class Sensor(NamedTuple):
@@ -37,13 +40,19 @@ class Sensor(NamedTuple):
     step: float = 0.0
     drifts: bool = False
 
-    @property
-    def baseline(self) -> int:
-        """The number of terms of the polynomial that is fitted beside the waves: a cubic is as good as hum.
+    def baseline(self, time: Vector, offset: bool) -> Vector:
+        """Return the shapes of what is fitted beside the waves, times × polynomials: a cubic is as good as hum, and
+        a ramp takes the error of the zero that the lead gives."""
+        terms = max(4 if self.drifts else 2 if self.lead else 0, int(offset))
+        return legvander(2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0, max(terms - 1, 0))[:, :terms]
 
-        With a lead it has two at least, because the lead gives the zero of the force with an error.
-        """
-        return 4 if self.drifts else 2 if self.lead else 0
+    def whitened(self, values: Vector) -> Vector:
+        """Return values such that their noise is white and of size 1."""
+        if not self.memory.size:
+            return values / self.noise
+        white = lfilter(np.append(1.0, -self.memory), [1.0], values, axis=-1) / self.step
+        white[..., : self.memory.size] *= self.step / self.noise
+        return np.asarray(white)
 
 
 class Measured(NamedTuple):
@@ -59,9 +68,7 @@ class Measured(NamedTuple):
         return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
 
 
-def measured_signal(
-    signal: xr.Dataset, sensors: Iterable[int] | None, noise: float | Mapping[int, float] | None
-) -> Measured:
+def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: float | None) -> Measured:
     """Return the signal; a ValueError says what is wrong with it."""
     data = instance("signal", signal, xr.Dataset, "a signal of read_signal or as_signal, or a run")
     kind = kind_of(data)
@@ -74,16 +81,12 @@ def measured_signal(
     for bead in sorted({whole("sensors", n) for n in listed("sensors", beads, object, "one bead number or more")}):
         force = np.asarray(sensor_force(data, bead).values, dtype=float)
         there = force[np.isfinite(force)]
-        if there.size < SETTINGS.fewest_samples:
+        if there.size < FEWEST:
             count = count_of(there.size, "sample")
-            raise ValueError(f"signal: sensor {bead} has {count} with a number; needs {SETTINGS.fewest_samples}")
+            raise ValueError(f"signal: sensor {bead} has {count} with a number; needs {FEWEST}")
         if np.ptp(there) == 0.0:
             raise ValueError(f"signal: sensor {bead} is constant, {there[0]:g} N; must hold a wave")
-        if isinstance(noise, Mapping):
-            if bead not in noise:
-                raise ValueError(f"noise = {dict(noise)!r}: must hold sensor {bead}, a number of N")
-            size = positive(f"noise[{bead}]", noise[bead], "N")
-        elif noise is not None:
+        if noise is not None:
             size = positive("noise", noise, "N")
         elif "noise" in data and "sensor" in data.noise.dims:
             size = float(data.noise.sel(sensor=bead))
@@ -108,7 +111,7 @@ def lead_of(force: Vector) -> int:
     """Return how many samples at the beginning are quiet, three quarters of those before the first wave; 0 where they
     are too few."""
     lead = 3 * quiet_lead(interpolated_over_gaps(force)) // 2
-    return lead if lead >= SETTINGS.fewest_of_lead else 0
+    return lead if lead >= FEWEST_OF_LEAD else 0
 
 
 def _disturbed(sensor: Sensor, given: bool) -> Sensor:
@@ -117,23 +120,22 @@ def _disturbed(sensor: Sensor, given: bool) -> Sensor:
     They are the autoregression and the polynomial of the lead with the least of Bayes's information criterion, if that
     is lower by 6 than of white noise alone: strong evidence (Kass and Raftery, 1995).
     """
-    orders, degrees = SETTINGS.orders_of_memory, SETTINGS.degrees_of_drift
     quiet = interpolated_over_gaps(sensor.force)[: sensor.lead] / sensor.noise
-    before = np.stack([quiet[orders - k : quiet.size - k] for k in range(1, orders + 1)], axis=1)
-    values, shapes = quiet[orders:], legvander(np.linspace(-1.0, 1.0, quiet.size - orders), degrees)
+    before = np.stack([quiet[4 - k : quiet.size - k] for k in range(1, 5)], axis=1)
+    values, shapes = quiet[4:], legvander(np.linspace(-1.0, 1.0, quiet.size - 4), 3)
     fits = list[tuple[float, int, int, Any, float]]()
-    for order, terms in product(range(orders + 1), range(1, degrees + 2)):
+    for order, terms in product(range(5), range(1, 5)):
         columns = np.hstack([before[:, :order], shapes[:, :terms]])
         found = np.linalg.lstsq(columns, values, rcond=None)[0]
         variance = float(((values - columns @ found) ** 2).mean())
         fits.append((values.size * np.log(variance) + found.size * np.log(values.size), order, terms, found, variance))
     least, order, terms, found, variance = min(fits, key=lambda fit: fit[0])
-    if least > fits[0][0] - SETTINGS.strong_evidence:
+    if least > fits[0][0] - 6.0:
         return sensor
-    if not order:
-        white = noise_level(interpolated_over_gaps(sensor.force))
-        return sensor._replace(drifts=True, noise=sensor.noise if given else white)
-    return sensor._replace(memory=found[:order], step=sensor.noise * variance**0.5, drifts=terms > 1)
+    if order:
+        return sensor._replace(memory=found[:order], step=sensor.noise * variance**0.5, drifts=terms > 1)
+    white = noise_level(interpolated_over_gaps(sensor.force))
+    return sensor._replace(drifts=True, noise=sensor.noise if given else white)
 
 
 def remembered(sensor: Sensor, left: Vector) -> Sensor:

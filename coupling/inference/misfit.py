@@ -10,16 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
-from scipy.signal import lfilter
 
-from coupling.inference.measured import Measured, Sensor
+from coupling.inference.measured import Measured
 from coupling.inference.prediction import NUMERICAL, Prediction
-from coupling.inference.settings import SETTINGS
 from structures.structure import Vector
 
 GAIN, OFFSET, TIME_ZERO = "gain", "offset", "time_zero"
@@ -32,15 +29,23 @@ FAILED = 1e6
 
 
 class Fit(NamedTuple):
-    """Traces against the signal. time_zero: s; residual: white, over the noise, sensor by sensor; slope: its derivative
-    by the time zero, in contact times; fitted: N, of each sensor, without its baseline; works: the run did not fail."""
+    """Traces at the places of the unknowns against the signal.
 
+    time_zero: s; residual: white, over the noise, sensor by sensor; slope: its derivative by the time zero, in contact
+    times; fitted: N, of each sensor, without its baseline, none where the run failed.
+    """
+
+    places: Vector
     time_zero: float
     residual: Vector
     slope: Vector
     gains: Vector
     fitted: list[Vector]
-    works: bool = True
+
+    @property
+    def works(self) -> bool:
+        """The run did not fail."""
+        return bool(self.fitted)
 
     @property
     def misfit(self) -> float:
@@ -49,11 +54,9 @@ class Fit(NamedTuple):
 
 
 class Point(NamedTuple):
-    """The fit at one point of a search. columns: derivatives of the residual by the unknowns, with the parameters of
-    the sensors fitted anew, and by each of these alone; carried: how all parameters, in rows, follow those of columns.
-    """
+    """A fit with its derivatives. columns: of the residual by the unknowns, with the parameters of the sensors fitted
+    anew, and by each of these alone; carried: how all parameters, in rows, follow those of columns."""
 
-    places: Vector
     fit: Fit
     columns: Vector
     carried: Vector
@@ -63,9 +66,8 @@ class Misfit:
     """Compares predictions with a measured signal, up to `until` s after the impact."""
 
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Sequence[str], until: float) -> None:
-        self.prediction, self.measured, self.until = prediction, measured, until
+        self.prediction, self.until, self.unit = prediction, until, prediction.contact_time
         self.free = [name for name in OF_SENSORS if name in nuisances]
-        self.unit = prediction.contact_time
         self.count(measured)
 
     def count(self, measured: Measured, time_zero: float | None = None) -> None:
@@ -80,26 +82,16 @@ class Misfit:
             if time_zero is not None:
                 used &= (moments >= -(self.until if sensor.lead else self.unit)) & (moments <= self.until)
             self.used.append(used)
-            self._bases.append(np.zeros((int(used.sum()), 0)))
-            self._bases[row] = np.linalg.qr(self._clean(row, self._baseline(sensor)[used].T).T)[0]
+            shapes = sensor.baseline(measured.time, OFFSET in self.free)[used]
+            self._bases.append(np.linalg.qr(sensor.whitened(shapes.T).T)[0])
             self._forces.append(self._clean(row, sensor.force[used]))
         if self.samples <= len(self.names):
             raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
 
-    def _baseline(self, sensor: Sensor) -> Vector:
-        """Return the shapes of offset, hum and drift: times × polynomials."""
-        time, terms = self.measured.time, max(sensor.baseline, int(OFFSET in self.free))
-        return legvander(2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0, max(terms - 1, 0))[:, :terms]
-
     def _clean(self, row: int, values: Vector) -> Vector:
-        """Return values over the samples of a sensor such that their noise is white and of size 1, without baseline."""
-        sensor, basis = self.measured.sensors[row], self._bases[row]
-        if sensor.memory.size:
-            white = lfilter(np.append(1.0, -sensor.memory), [1.0], values, axis=-1) / sensor.step
-            white[..., : sensor.memory.size] *= sensor.step / sensor.noise
-        else:
-            white = values / sensor.noise
-        return np.asarray(white - (white @ basis) @ basis.T if basis.size else white)
+        """Return values over the samples of a sensor, white and without what its baseline may explain."""
+        white, basis = self.measured.sensors[row].whitened(values), self._bases[row]
+        return np.asarray(white - (white @ basis) @ basis.T)
 
     @property
     def names(self) -> list[str]:
@@ -113,20 +105,27 @@ class Misfit:
         """The number of them that count."""
         return int(sum(used.sum() for used in self.used))
 
-    def fit(self, traces: Vector, near: float | None = None) -> Fit:
-        """Return the fit of traces with the best time zero, or the best one near a time, s."""
+    @property
+    def degrees(self) -> int:
+        """Samples less parameters."""
+        return max(self.samples - len(self.names), 1)
+
+    def fits(self, places: Sequence[Vector], near: float | None = None) -> list[Fit]:
+        """Return the fits of runs, which are done together, with the best time zero, or the best one near a time, s."""
+        return [self._fit(*both, near) for both in zip(places, self.prediction.traces(places), strict=True)]
+
+    def _fit(self, places: Vector, traces: Vector, near: float | None) -> Fit:
         if not np.isfinite(traces).all():
-            return Fit(0.0, np.full(self.samples, FAILED), np.zeros(0), np.ones(len(self.used)), [], works=False)
-        interval = self.prediction.interval
-        curve = CubicSpline(interval * np.arange(traces.shape[-1]), traces, axis=-1)
+            return Fit(places, 0.0, np.full(self.samples, FAILED), np.zeros(0), np.ones(len(self.used)), [])
+        curve = CubicSpline(self.prediction.interval * np.arange(traces.shape[-1]), traces, axis=-1)
         if TIME_ZERO not in self.free:
-            return self._fit_at(curve, 0.0)
-        best = self._fit_at(curve, self._correlated(curve) if near is None else near)
-        for _ in range(SETTINGS.most_shifts):
+            return self._fit_at(places, curve, 0.0)
+        best = self._fit_at(places, curve, self._correlated(curve) if near is None else near)
+        for _ in range(8):
             step = -float(best.slope @ best.residual) / max(float(best.slope @ best.slope), 1e-300)
-            if abs(step) < SETTINGS.precise_shift:
+            if abs(step) < 1e-6:
                 break
-            other = self._fit_at(curve, best.time_zero + self.unit * min(max(step, -0.2), 0.2))
+            other = self._fit_at(places, curve, best.time_zero + self.unit * min(max(step, -0.2), 0.2))
             if other.misfit >= best.misfit:
                 break
             best = other
@@ -146,7 +145,7 @@ class Misfit:
                 total = total + (along**2 / square if GAIN in self.free else 2.0 * along - square) / sensor.noise**2
         return float(self.measured.time[0] + step * (int(np.argmax(total)) - (grid.size - 1)))
 
-    def _fit_at(self, curve: CubicSpline, time_zero: float) -> Fit:
+    def _fit_at(self, places: Vector, curve: CubicSpline, time_zero: float) -> Fit:
         """Return the fit of traces that begin at a time, s; they are zero before it, and constant after their end."""
         moments = self.measured.time - time_zero
         inside = np.clip(moments, 0.0, curve.x[-1])
@@ -164,16 +163,12 @@ class Misfit:
             residuals.append(self._forces[row] - gains[row] * white)
             slopes.append(-gains[row] * rate)
             fitted.append(gains[row] * shapes[row, used])
-        return Fit(time_zero, np.concatenate(residuals), np.concatenate(slopes), gains, fitted)
-
-    def fits(self, places: Sequence[Vector], near: float | None = None) -> list[Fit]:
-        """Return the fits of many runs, which are done together."""
-        return [self.fit(traces, near) for traces in self.prediction.traces(places)]
+        return Fit(places, time_zero, np.concatenate(residuals), np.concatenate(slopes), gains, fitted)
 
     def at(self, places: Vector, steps: Vector, central: bool = True) -> Point:
         """Return the fit at places and its derivatives: central differences over twice these steps, one-sided at an end
         of a range and beside a run that fails; else all are one-sided."""
-        here, size = self.fit(self.prediction.trace(places)), places.size
+        here, size = self._fit(places, self.prediction.trace(places), None), places.size
         above = np.minimum(places + steps, 1.0)
         below = np.maximum(places - steps, 0.0) if central else np.where(above > places, places, places - steps)
         moved = np.where(np.eye(size, dtype=bool), np.stack([below, above])[:, :, None], places)
@@ -188,8 +183,8 @@ class Misfit:
         chosen = np.array([TIME_ZERO in self.free, *[GAIN in self.free] * len(self.used)])
         carried = np.eye(len(self.names))
         carried[size:, :size] = ((sensors[1] - sensors[0]) / width).T[chosen]
-        columns = [((residuals[1] - residuals[0]) / width).T, here.slope[:, None], self.gain_columns(here)]
-        return Point(places, here, np.hstack([columns[0], np.hstack(columns[1:])[:, chosen]]), carried)
+        own = np.hstack([here.slope[:, None], self.gain_columns(here)])[:, chosen]
+        return Point(here, np.hstack([((residuals[1] - residuals[0]) / width).T, own]), carried)
 
     def gain_columns(self, fit: Fit) -> Vector:
         """Return the derivatives of the residual by the gains."""
@@ -200,36 +195,32 @@ class Misfit:
         """Return the parts of a residual, or of columns, that belong to each sensor."""
         return np.split(values, np.cumsum([used.sum() for used in self.used])[:-1])
 
-    def explains(self, fit: Fit) -> bool:
-        """Return whether the residual is that of noise: white, and not larger. Noise that was estimated may be half as
-        large again. As small as what runs are exact to, it is that of a run that is taken for a signal."""
-        if self.is_numerical(fit):
-            return True
-        degrees = max(self.samples - len(self.names), 1)
-        most = 1.0 + 4.0 * np.sqrt(2.0 / degrees) if self.measured.given else 1.5
-        return bool(fit.misfit < most * degrees and self.is_white(fit.residual))
-
     def is_numerical(self, fit: Fit) -> bool:
-        """Return whether the residual is within what runs are exact to, at each sensor."""
-        sizes = [float(np.sqrt((part**2).mean())) for part in self.by_sensor(fit.residual)]
+        """Return whether the residual is within what runs are exact to, at each sensor: a run is taken for a signal."""
         return all(
-            size * sensor.noise <= NUMERICAL * float(np.nanmax(abs(sensor.force)))
-            for size, sensor in zip(sizes, self.measured.sensors, strict=True)
+            float(np.sqrt((part**2).mean())) * sensor.noise <= NUMERICAL * float(np.nanmax(abs(sensor.force)))
+            for part, sensor in zip(self.by_sensor(fit.residual), self.measured.sensors, strict=True)
         )
 
-    def is_white(self, residual: Vector) -> bool:
-        """Return whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations.
+    def explains(self, fit: Fit) -> bool:
+        """Return whether the residual is that of noise, or of runs: not larger, and not correlated over a contact time.
 
-        The memory of noise that a short lead shows has an error, which leaves a correlation of its own.
+        Ljung and Box's sum is compared within four standard deviations.
         """
+        if self.is_numerical(fit):
+            return True
+        # Noise that was estimated may be half as large again.
+        most = 1.0 + 4.0 * np.sqrt(2.0 / self.degrees) if self.measured.given else 1.5
         total, limit, lags = 0.0, 0.0, max(2, int(self.unit / self.measured.step))
-        for sensor, part in zip(self.measured.sensors, self.by_sensor(residual), strict=True):
+        for sensor, part in zip(self.measured.sensors, self.by_sensor(fit.residual), strict=True):
             along = np.array([part[lag:] @ part[:-lag] for lag in range(1, lags + 1)]) / (part @ part)
             total += part.size * float((along**2).sum())
             limit += lags
             if terms := sensor.memory.size:
+                # The memory that a short lead shows has an error, which leaves a correlation of its own.
                 limit += part.size / sensor.lead * (terms + 4.0 * float(np.sqrt(2.0 * terms)))
-        return total < limit + 4.0 * float(np.sqrt(2.0 * lags * len(self.used)))
+        white = total < limit + 4.0 * float(np.sqrt(2.0 * lags * len(self.used)))
+        return bool(fit.misfit < most * self.degrees and white)
 
     def data(self, fit: Fit) -> xr.Dataset:
         """Return what was measured and fitted, over sensor and time, and offset, hum and drift as `baseline`."""
@@ -237,13 +228,13 @@ class Misfit:
         force = np.stack([sensor.force for sensor in sensors])
         fitted, slow = np.full(force.shape, np.nan), np.zeros(force.shape)
         for row, (used, values, sensor) in enumerate(zip(self.used, fit.fitted, sensors, strict=True)):
-            shapes = self._baseline(sensor)
+            shapes = sensor.baseline(time, OFFSET in self.free)
             slow[row] = shapes @ np.linalg.lstsq(shapes[used], force[row, used] - values, rcond=None)[0]
             fitted[row, used] = values + slow[row, used]
-        newton = {"units": "N"}
         shown = {"measured": force, "fitted": fitted, "residual": force - fitted}
         if OFFSET in self.free or any(sensor.drifts for sensor in sensors):
             shown["baseline"] = slow
+        newton = {"units": "N"}
         return xr.Dataset(
             {name: (("sensor", "time"), values, newton) for name, values in shown.items()}
             | {"noise": ("sensor", [sensor.noise for sensor in sensors], newton)},
@@ -258,3 +249,13 @@ def inverse(columns: Vector) -> Vector:
     information = (columns / size).T @ (columns / size) + 1e-14 * np.eye(columns.shape[1])
     covariance: Vector = np.linalg.inv(information) / np.outer(size, size)
     return covariance
+
+
+def steps_for(errors: Vector) -> Vector:
+    """Return half the distances of runs for derivatives, as parts of the ranges: 0.3 standard deviations.
+
+    Over much less, derivatives would show how traces scatter where a mesh changes with an unknown: that looks like
+    information, and made intervals too short.
+    """
+    steps: Vector = np.clip(0.3 * errors, 1e-5, 2e-2)
+    return steps

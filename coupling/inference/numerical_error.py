@@ -12,7 +12,6 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import Printed, as_text
-from coupling.inference.settings import DIFFERENCES
 from coupling.plan import Adaptive
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
@@ -26,6 +25,12 @@ from structures.structure import Vector
 from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
+
+RICHARDSON = 4.0 / 3.0
+"""An error over its change when lengths are halved: at order 2 it falls to a quarter."""
+
+TIGHTER = 1e-2
+"""Factor of the tolerance of an exact reduction."""
 
 MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
     "amplitude_ratio": ("AR", 1.0, amplitude_ratio),
@@ -169,12 +174,12 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     with collected():
         again = measured(built().run(until, sensors=saved))
         refined = {TIME: measured(shorter.run(until, plan.interval / 2.0, sensors=saved))}
-        sizes, notes = {TIME: DIFFERENCES.richardson}, {TIME: "windows, steps and saved intervals halved"}
+        sizes, notes = {TIME: RICHARDSON}, {TIME: "windows, steps and saved intervals halved"}
         for source in (MESH, REDUCTION):
             fine, sizes[source], notes[source] = _finer(source, usual, built)
             refined[source] = values if fine is None else measured(fine.run(until, sensors=saved))
     for name, value in present.items():
-        if not abs(again[name] - value) <= DIFFERENCES.repeated * abs(value):
+        if not abs(again[name] - value) <= 1e-6 * abs(value):
             label, unit, _ = MEASURES[name]
             raise ValueError(
                 f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and {again[name] / unit:.9g} "
@@ -212,13 +217,13 @@ def _finer(
         has = source == MESH and (structure is None or bool(structure.mass.count_nonzero()))
         if source == REDUCTION and structure is not None:
             report: Any = structure.origin.get("reduction")
-            has = report is not None and report["error_estimate"] > DIFFERENCES.tighter * report["tolerance"]
+            has = report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
         if has:
             having.append(i)
     if not having:
         return None, 0.0, "none"
     try:
-        fine = built(**({"cells": 2} if source == MESH else {"tolerance": DIFFERENCES.tighter}))
+        fine = built(**({"cells": 2} if source == MESH else {"tolerance": TIGHTER}))
     except ValueError as error:  # too many cells: those of the user are near the limit
         return None, nan, f"not estimated; {error}"
     for i in having:
@@ -228,5 +233,5 @@ def _finer(
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
             return None, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
     if source == MESH:
-        return fine, DIFFERENCES.richardson, "cells halved"
+        return fine, RICHARDSON, "cells halved"
     return fine, 1.0, "to a hundredth of its tolerance"

@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.settings import SETTINGS
 from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.findings import kind
 from coupling.sweeps.batch import records
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import caution, collected
-from structures.checks import finite, instance, short
+from structures.checks import finite, instance, positive, short
 from structures.structure import Vector
 from structures.units import readable
 
@@ -23,6 +22,9 @@ NUMERICAL = 1e-4
 
 FROM_IMPACT = 4.0
 """Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance."""
+
+MOST_SAMPLES = 1e6
+"""Of a trace."""
 
 
 class Range(NamedTuple):
@@ -53,24 +55,26 @@ class Range(NamedTuple):
 
 def range_of(name: str, ends: Any) -> Range:
     """Return a Range from (low, high)."""
-    what = "must be the lowest and the highest value, such as (1e-3, 6e-3)"
-    if not isinstance(ends, tuple | list) or len(ends) != 2:
-        raise ValueError(f"{name} = {short(ends)}: {what}")
-    low, high = (finite(name, end) for end in ends)
+    pair = isinstance(ends, tuple | list) and len(ends) == 2
+    low, high = (finite(name, end) for end in ends) if pair else (0.0, 0.0)
     if not low < high:
-        raise ValueError(f"{name} = {short(ends)}: has no width; {what}")
+        raise ValueError(f"{name} = {short(ends)}: must be the lowest and the highest value, such as (1e-3, 6e-3)")
     return Range(name, low, high)
 
 
-def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], record: float = inf) -> float:
-    """Return the length of the prediction where the user gives none, s: four times what a wave takes through the chain,
-    but not longer than a record, s, or than the structure was reduced for."""
+def length_of(
+    build: Callable[..., CoSimulation], ranges: Sequence[Range], until: float | None, record: float = inf
+) -> float:
+    """Return the length of the prediction, s: `until`, or where that is None four times what a wave takes through the
+    chain, but not longer than a record, s, or than the structure was reduced for."""
     check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
+    if until is not None:
+        return positive("until", until, "s")
     middle = {unknown.name: unknown.value(0.5) for unknown in ranges}
     simulation = instance("build(...)", built_at(build, middle), CoSimulation, "a CoSimulation")
     wanted = min(record, FROM_IMPACT * simulation.chain.transit_time)
     valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
-    if valid < SETTINGS.shortest_part * wanted:
+    if valid < 0.75 * wanted:
         caution(
             f"until: the structure was made for runs of {readable(valid, 's', 4)}, so that later samples do not count; "
             f"make it for {readable(wanted, 's', 4)}"
@@ -87,24 +91,23 @@ class Prediction:
     def __init__(
         self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
     ) -> None:
-        check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
-        self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
+        self.build, self.ranges, self.sensors, self.until = build, ranges, sensors, until
         self.runs, self.failed, self.reason, self.warnings = 0, 0, "", dict[str, str]()
         self.progress: Any = None
         self._known, self._quick = dict[bytes, Vector](), False
-        self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
+        self.first = self.made(**self.values(np.full(len(ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
-        quick = self.first.replace(accuracy=SETTINGS.accuracy)
-        self._quick = self.first.longest_window < 0.999 * quick.longest_window
+        self._quick = self.first.longest_window < 0.999 * self.first.replace(accuracy="screening").longest_window
         beads = len(self.first.chain.chain.beads)
-        if wrong := [n for n in self.sensors if not 1 <= n <= beads]:
-            raise ValueError(f"sensors = {self.sensors!r}: bead {wrong[0]} is not in the chain, which has {beads}")
+        if wrong := [n for n in sensors if not 1 <= n <= beads]:
+            raise ValueError(f"sensors = {sensors!r}: bead {wrong[0]} is not in the chain, which has {beads}")
         self.contact_time = self.first.interface.contact_time
-        self.interval = self.contact_time / SETTINGS.saved_per_contact
-        if until / self.interval > SETTINGS.most_samples:
-            raise ValueError(f"until = {until!r} s: is longer than {SETTINGS.most_samples:.0e} samples of a trace")
+        # Cubic splines between 48 saved times in the shortest contact are exact to 1e-5 of a pulse.
+        self.interval = self.contact_time / 48.0
+        if until / self.interval > MOST_SAMPLES:
+            raise ValueError(f"until = {until!r} s: is longer than {MOST_SAMPLES:.0e} samples of a trace")
         self.time: Vector = np.asarray(self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1))
-        self._kept = kept_at(self.sensors, beads)
+        self._kept = kept_at(sensors, beads)
 
     def values(self, places: Vector) -> dict[str, float]:
         """Return the unknowns at places from 0 to 1."""
@@ -117,7 +120,7 @@ class Prediction:
             self.progress.update()
         if len(simulation.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
-        return (simulation.replace(accuracy=SETTINGS.accuracy) if self._quick else simulation).for_run(self.until)
+        return (simulation.replace(accuracy="screening") if self._quick else simulation).for_run(self.until)
 
     def trace(self, place: Vector) -> Vector:
         """Return the traces of a run that must not fail."""
@@ -128,7 +131,7 @@ class Prediction:
         return trace
 
     def traces(self, places: Sequence[Vector]) -> list[Vector]:
-        """Return the traces of many runs; NaN for a run that fails. Those of the latest places are not run again."""
+        """Return the traces of many runs; NaN for a run that fails. The latest 256 are not run again."""
         keys = [place.tobytes() for place in places]
         new = {key: place for key, place in zip(keys, places, strict=True) if key not in self._known}
         if new:
@@ -148,6 +151,6 @@ class Prediction:
                 self.warnings.setdefault(kind(message), message)
             self._known |= dict(zip(new, traces, strict=True))
         found = [self._known[key] for key in keys]
-        for old in list(self._known)[: -SETTINGS.remembered_traces]:
+        for old in list(self._known)[:-256]:
             del self._known[old]
         return found

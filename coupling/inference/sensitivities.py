@@ -13,7 +13,6 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import is_compiled
-from coupling.inference.settings import DIFFERENCES
 from coupling.plan import Adaptive, Plan
 from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
@@ -29,15 +28,14 @@ from structures.units import readable
 Build: TypeAlias = Callable[..., CoSimulation]
 """A function of parameters; it may have `units`, the SI units of these by name, for messages."""
 
-OF_RUNS = ["contact_force", "velocity", "static_force", "centre", "impact_energy"]
-"""What measures use of runs, as the columns of `Records`."""
-
 
 class Derivative(NamedTuple):
-    """Derivatives by name; doubt: the part by which those of the force on either side differ, zero where they agree."""
+    """Derivatives of force, velocity and measures by a parameter. doubt: the part by which those of the force on either
+    side differ, zero where they agree; bent: the measures of which they differ."""
 
     slopes: dict[str, Vector]
     doubt: float
+    bent: list[str]
 
 
 @one_thread
@@ -97,7 +95,6 @@ def sensitivities(
     values, until = {name: finite(name, value) for name, value in parameters.items()}, positive("until", until, "s")
     if zero := [name for name, value in values.items() if value == 0.0]:
         raise ValueError(f"{zero[0]} = 0: has no scale for a difference; must not be zero")
-    function("measure", measure or waves_at, 1, "a function of a Dataset of runs")
     simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation").for_run(until)
     several, adaptive = len(simulation.interface.chains) > 1, isinstance(simulation.window, Adaptive)
     if several or adaptive or not is_compiled(simulation.interface, simulation.scheme):
@@ -110,83 +107,99 @@ def sensitivities(
     jumps = loss is not None and loss.piece != "drag"
     with collected() as said:
         run = simulation.run(until, save_every, sensors=sensors)
-    rates = differences(build, values, simulation, plan, run, jumps)
-    measured, notes = _measured(run, rates, measure or waves_at(run.bead.values.tolist()))
-    derivatives = dict[str, Any]()
-    for key in ("contact_force", "velocity"):
-        units = {"units": f"{run[key].units} per unit of the parameter"}
-        slopes = np.stack([rate.slopes[key] for rate in rates.values()])
-        derivatives[f"{key}_derivative"] = ("parameter", *run[key].dims), slopes, units
-    value = "parameter", list(values.values()), {"long_name": "value at which the run is differentiated"}
-    run = run.assign(derivatives | dict(measured.data_vars))
-    run = run.assign_coords(parameter=list(values), parameter_value=value)
+    read = function("measure", measure or waves_at(run.bead.values.tolist()), 1, "a function of a Dataset of runs")
+    rates, data = differences(build, values, simulation, plan, run, read, jumps)
+    with collected() as of_measure:
+        here = as_measures(read(data.isel(run=[0])), run).isel(run=0, drop=True)
 
-    findings = list(dict.fromkeys(said))
-    for name, (changes, doubt) in rates.items():
-        if doubt:
+    findings = list(dict.fromkeys([*said, *of_measure]))
+    for name, rate in rates.items():
+        if rate.doubt:
             findings.append(
-                f"{name}: has no derivative here, or an inexact one; those of both sides differ by {200.0 * doubt:.1g} "
-                "%. Perhaps build jumps, has a kink or depends on chance, a mesh or a reduction changes, or a loss "
-                "begins as a contact closes"
+                f"{name}: has no derivative here, or an inexact one; those of both sides differ by "
+                f"{200.0 * rate.doubt:.1g} %. Perhaps build jumps, has a kink or depends on chance, a mesh or a "
+                "reduction changes, or a loss begins as a contact closes"
             )
-        elif not (changes["contact_force"].any() or changes["velocity"].any()):
+        elif not (rate.slopes["contact_force"].any() or rate.slopes["velocity"].any()):
             findings.append(f"{name}: changes nothing in this run")
-    findings += notes
+        findings += [
+            f"{measure}: has no derivative by {name} here; those of both sides differ, as where a wave changes its peak"
+            for measure in rate.bent
+        ]
     if jumps:
         findings.append(
             "dissipation: losses begin at the first step after a contact closes, so that runs jump with a parameter; "
             "derivatives are slopes over 0.1 to 1 % of its value, exact to some per cent of the largest"
         )
     warn(findings)
-    return with_warnings(run, findings)
+    run = run.assign(here.data_vars)
+    for name in ("contact_force", "velocity", *here.data_vars):
+        units = {"units": f"{run[name].attrs.get('units', '1')} per unit of the parameter"}
+        slopes = np.stack([rate.slopes[str(name)] for rate in rates.values()])
+        run[f"{name}_derivative"] = ("parameter", *run[name].dims), slopes, units
+    value = "parameter", list(values.values()), {"long_name": "value at which the run is differentiated"}
+    return with_warnings(run.assign_coords(parameter=list(values), parameter_value=value), findings)
 
 
 def differences(
-    build: Build, values: Mapping[str, float], simulation: CoSimulation, plan: Plan, run: xr.Dataset, jumps: bool
-) -> dict[str, Derivative]:
-    """Return the derivatives of a run by each parameter; jumps: whether it jumps with them, a little."""
-    here, beads = run.contact_force.values, len(simulation.chain.chain.beads)
+    build: Build, values: Mapping[str, float], simulation: CoSimulation, plan: Plan, run: xr.Dataset, measure: Measure,
+    jumps: bool,
+) -> tuple[dict[str, Derivative], xr.Dataset]:  # fmt: skip
+    """Return the derivatives of a run by each parameter, and runs of which the first is the run itself.
+
+    jumps: whether it jumps with them, a little. Where the derivatives of both sides differ, as by rounding, a larger
+    step follows; contacts that open bend traces, so that the error grows with it. Losses begin at the first step after
+    a contact closes; a large difference contains many such jumps, and their mean.
+    """
     settings = {"window": plan.length, "dt": plan.length / simulation.chain.steps(plan.length)}
-    until, kept = plan.interval * (plan.rows - 1), kept_at(run.bead.values.tolist(), beads)
-    found, failures, left = dict[str, Derivative](), dict[str, str](), list(values)
-    steps = DIFFERENCES.steps_with_losses if jumps else DIFFERENCES.steps
-    smooth = DIFFERENCES.smooth_with_losses if jumps else DIFFERENCES.smooth
-    for step in steps:
-        rows = [{**values, name: values[name] * (1.0 + part)} for name in left for part in (step, -step)]
+    until, beads = plan.interval * (plan.rows - 1), len(simulation.chain.chain.beads)
+    kept, left = kept_at(run.bead.values.tolist(), beads), list(values)
+    found, failures = dict[str, Derivative](), dict[str, str]()
+    for step in (1e-2, 3e-3, 1e-3) if jumps else (1e-6, 1e-5, 1e-4, 1e-3, 1e-2):
+        changes = [(name, part) for name in left for part in (step, -step)]
+        rows = [{**values}, *({**values, name: values[name] * (1.0 + part)} for name, part in changes)]
         columns = {name: [row[name] for row in rows] for name in values}
         with collected():  # these runs are not those of the user
             runs = records(lambda **row: build(**row).replace(**settings), until, plan.interval, kept, beads, columns)
+            data = runs.dataset().drop_vars(list(values)).assign_attrs(run.attrs)
+            measures = as_measures(measure(data), run)
+        for name, value in measures.data_vars.items():
+            if value.sizes.get("run") != len(rows) or "parameter" in value.dims or name in run.variables:
+                raise ValueError(
+                    f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {len(rows)}, have "
+                    "none that is called parameter, and a name that a run does not use"
+                )
+        every = {"contact_force": runs.force, "velocity": runs.velocity}
+        every |= {str(name): value.transpose("run", ...).values for name, value in measures.data_vars.items()}
         for place, name in enumerate(left):
-            pair = slice(2 * place, 2 * place + 2)
-            both = {key: part[pair] for key, part in zip(OF_RUNS, runs.columns, strict=True)}
-            above, below = both["contact_force"]
-            if np.isnan(above + below).any():
-                reason = next(str(end.failure) for end in runs.ends[pair] if end.failure)
-                shown = readable(values[name], units_of(build).get(name, ""), 6)
+            above, below = 1 + 2 * place, 2 + 2 * place
+            if reasons := [str(runs.ends[i].failure) for i in (above, below) if runs.ends[i].failure]:
+                shown = readable(values[name], getattr(build, "units", {}).get(name, ""), 6)
                 failures.setdefault(
                     name,
                     f"{name}: build fails at {shown} ± {100.0 * step:g} %, which a derivative by differences needs: "
-                    f"{reason}",
+                    f"{reasons[0]}",
                 )
                 continue
-            slopes = {key: (part[0] - part[1]) / (2.0 * step * values[name]) for key, part in both.items()}
-            bend = abs(above - 2.0 * here + below).mean() / (2.0 * step)
-            size = abs(slopes["contact_force"] * values[name]).mean()
-            least = max(DIFFERENCES.negligible * abs(here).mean(), smooth * size)
-            doubt = 0.0 if bend <= least else bend / size if size else inf
+            slopes = {key: (part[above] - part[below]) / (2.0 * step * values[name]) for key, part in every.items()}
+            bends = {key: abs(part[above] - 2.0 * part[0] + part[below]) / (2.0 * step) for key, part in every.items()}
+            size, bend = abs(slopes["contact_force"] * values[name]).mean(), bends["contact_force"].mean()
+            # Less than a thousandth of a force does not matter, for a parameter that changes by as much as it is.
+            doubt = 0.0 if bend <= max(1e-3 * abs(runs.force[0]).mean(), (0.05 if jumps else 0.01) * size) else inf
+            if doubt and size:
+                doubt = float(bend / size)
+            bent = [
+                key for key in map(str, measures.data_vars)
+                if np.any(bends[key] > 0.05 * abs(slopes[key] * values[name]) + 1e-3 * abs(every[key][0]))
+            ]  # fmt: skip
             if name not in found or doubt < found[name].doubt:
-                found[name] = Derivative(slopes, float(doubt))
+                found[name] = Derivative(slopes, doubt, bent)
         left = [name for name in left if name not in found or found[name].doubt]
         if not left:
             break
     if missing := [name for name in values if name not in found]:
         raise ValueError(failures[missing[0]])
-    return {name: found[name] for name in values}
-
-
-def units_of(build: Build) -> dict[str, str]:
-    """Return the SI units of a builder's parameters, by name, as far as it states them."""
-    return dict(getattr(build, "units", {}))
+    return {name: found[name] for name in values}, data
 
 
 def waves_at(sensors: list[int]) -> Measure:
@@ -207,45 +220,3 @@ def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
         return values.to_dataset(name=name)
     measures: xr.Dataset = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
     return measures
-
-
-def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure) -> tuple[xr.Dataset, list[str]]:
-    """Return a measure of a run with its derivatives, and what to know of these: all that a measure can use of the run
-    is shifted along its derivatives, a little to both sides."""
-    names, here, shifted = list(rates), run[OF_RUNS], dict[str, Any]()
-    largest = np.array([abs(rate.slopes["contact_force"]).max() for rate in rates.values()])
-    steps = DIFFERENCES.shift * run.contact_force.values.max() / np.maximum(largest, 1e-300)
-    shifts = np.concatenate([np.zeros((1, len(names))), np.diag(steps), -np.diag(steps)])
-    for key in OF_RUNS:
-        moved = here[key].values + np.tensordot(shifts, np.array([rate.slopes[key] for rate in rates.values()]), 1)
-        shifted[key] = ("run", *here[key].dims), moved, here[key].attrs
-    coordinates = {key: shifted.pop(key) for key in list(shifted) if key in here.coords}
-    runs = here.assign(shifted).assign_coords(coordinates)
-    with collected() as said:
-        values = as_measures(measure(runs), run)
-    if said:  # what it says of the run itself; shifted runs are no runs of the user
-        with collected() as said:
-            measure(runs.isel(run=[0]))
-    data, notes = dict[str, Any](), list(dict.fromkeys(said))
-    for name, value in values.data_vars.items():
-        if value.sizes.get("run") != len(shifts) or "parameter" in value.dims or name in run.variables:
-            raise ValueError(
-                f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {len(shifts)}, have "
-                "none that is called parameter, and a name that a run does not use"
-            )
-        table = value.transpose("run", ...)
-        usual, above, below = np.split(table.values.astype(float), [1, 1 + len(names)])
-        step = steps.reshape(-1, *[1] * (table.ndim - 1))
-        slope, sides = (above - below) / (2.0 * step), (above - 2.0 * usual + below) / step
-        rough = 1e-6 * abs(usual / step).reshape(len(names), -1).max(axis=1, initial=0.0)
-        limit = DIFFERENCES.jump * abs(slope) + rough.reshape(step.shape)
-        notes += [
-            f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a wave changes its "
-            "peak"
-            for place, parameter in enumerate(names)
-            if np.any(abs(sides[place]) > limit[place])
-        ]
-        data[str(name)] = table.isel(run=0, drop=True)
-        units = {"units": f"{value.attrs.get('units', '1')} per unit of the parameter"}
-        data[f"{name}_derivative"] = (("parameter", *table.dims[1:]), slope, units)
-    return values.isel(run=0, drop=True).drop_vars(list(values.data_vars)).assign(data), notes

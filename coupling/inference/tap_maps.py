@@ -6,9 +6,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,10 +15,9 @@ from scipy.signal import lfilter
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from coupling.inference.identification import AT_END, BLIND, NOT_TRUSTED, NUISANCE, Identification
+from coupling.inference.identification import AT_END, BLIND, DEVIATIONS, NOT_TRUSTED, NUISANCE, Identification
 from coupling.inference.measured import estimated
 from coupling.inference.prediction import NUMERICAL
-from coupling.inference.settings import SETTINGS
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.sensor_trace import noise_level
@@ -30,20 +28,17 @@ from structures.caution import collected
 from structures.checks import count_of, function, instance, short
 from structures.units import NUMBER, factor, in_si
 
-HEAD = re.compile(r"\s*(?P<name>[^/=(]+?)\s*(=\s*(?P<entry>[^/(]+?)\s*)?(/\s*(?P<unit>.+?)\s*|\((?P<in>.+?)\)\s*)?")
+HEAD = re.compile("([^/=(]*)(?:=([^/(]*))?(?:[/(](.*))?")
 """The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm"."""
 
 FAILED, MEASURED = "failed", "measured"
 """Verdicts of a point without an answer, and of AR and TOF, which no model explains."""
 
-DRAWS = 60
-"""Draws of noise from which the scatter of AR and TOF of a single tap follows, to 9 %."""
-
-OF_UNKNOWNS = ("value", "low", "high")
+NONE = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}
+"""What a point without an answer has of each unknown."""
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(NamedTuple):
     """The points of a table: each holds x and y (m), its files, and the values of the further columns by name.
 
     units: those of x and y, as the table has them.
@@ -111,10 +106,9 @@ def map_taps(
                 raise ValueError(f"points[{k}] = {short(point)}: must hold x and y (m) and files")
         grid = Grid([{**point, "files": [str(file) for file in point["files"]]} for point in points])
     function("read", read, 1, "a function of a file's path")
-    if answer is not None:
-        function("answer", answer, 2, "a function of a signal and its point")
-    kept = None if store is None else Store(store, answer or read, read)
-    return mapped_taps(grid, Taps(answer or read, 0.0, read, kept, asked=answer is not None), jobs)
+    asked = waves_at if answer is None else function("answer", answer, 2, "a function of a signal and its point")
+    kept = None if store is None else Store(store, asked, read)
+    return mapped_taps(grid, Taps(asked, 0.0, read, kept), jobs)
 
 
 def _si(name: str, text: str, unit: str) -> Any:
@@ -127,7 +121,7 @@ def _si(name: str, text: str, unit: str) -> Any:
     return text if np.isnan(value) else value
 
 
-def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], Any] | None = None) -> Grid:
+def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], Any] = _si) -> Grid:
     """Return the points of a table. convert: takes name, text and unit of a further column and returns its value."""
     file = Path(path) / "points.csv" if Path(path).is_dir() else Path(path)
     if not file.is_file():
@@ -139,75 +133,72 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
         rows = [(n, [cell.strip() for cell in line]) for n, line in enumerate(lines, 1) if any(map(str.strip, line))]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{file}: is not a table of text in UTF-8 ({error})") from None
-    convert = convert or _si
-    heads = [HEAD.fullmatch(cell) for cell in (rows[0][1] if rows else [])]
-    names = [head["name"].strip() if head else "" for head in heads]
-    entries = [head["entry"] if head else None for head in heads]
-    units = [(head["unit"] or head["in"] or "").strip(" ()") if head else "" for head in heads]
+    heads = [[part.strip(" ()") for part in HEAD.findall(cell)[0]] for cell in (rows[0][1] if rows else [])]
+    names = [name for name, *_ in heads]
     for name in ("x", "y", "file"):
         if names.count(name) != 1:
             raise ValueError(f"{file}: has the columns {short(names)}, must have one {name}: x / mm, y / mm, file")
-        unit = units[names.index(name)]
+    of_x, of_y = (heads[names.index(name)][2] for name in "xy")
+    for name, unit in (("x", of_x), ("y", of_y)):
         try:
-            factor(unit if name != "file" else "m", "m")
+            factor(unit, "m")
         except ValueError:
             must = f"must have one of length: {name} / mm"
             raise ValueError(f'{file}: column {name} has the unit "{unit}", {must}') from None
 
     points, line_of = dict[tuple[Any, ...], dict[str, Any]](), dict[str, int]()
     for number, row in rows[1:]:
-        if len(row) > len(names):
-            counts = count_of(len(row), "cell"), count_of(len(names), "column")
-            raise ValueError(f"{file}:{number}: has {counts[0]} under {counts[1]}")
-        tap, point = "", dict[str, Any]()
-        for name, entry, unit, cell in zip_longest(names, entries, units, row, fillvalue=""):
-            if name == "file":
-                tap = cell
-                continue
+        line, tap, point = f"{file}:{number}", "", dict[str, Any]()
+        if len(row) > len(heads):
+            raise ValueError(f"{line}: has {count_of(len(row), 'cell')} under {count_of(len(heads), 'column')}")
+        for (name, entry, unit), cell in zip(heads, [*row, *[""] * len(heads)], strict=False):
             decimal = cell.replace(",", ".") if semicolons else cell
             try:
-                point[name] = (_si if name in ("x", "y") else convert)(name, decimal, unit)
+                if name == "file":
+                    tap = cell
+                else:
+                    point[name] = (_si if name in ("x", "y") else convert)(name, decimal, unit)
                 if entry:
                     point[entry] = convert(entry, decimal, unit)
             except ValueError as error:
-                raise ValueError(f"{file}:{number}: column {name}: {error}") from None
+                raise ValueError(f"{line}: column {name}: {error}") from None
         if not tap or tap in line_of:
             again = f"names {tap!r} again, as line {line_of[tap]} does; a tap counts once" if tap else "names no file"
-            raise ValueError(f"{file}:{number}: {again}")
+            raise ValueError(f"{line}: {again}")
         if not (file.parent / tap).resolve().is_relative_to(file.parent.resolve()):
-            raise ValueError(f"{file}:{number}: {tap!r} is not in the table's folder; move it there")
+            raise ValueError(f"{line}: {tap!r} is not in the table's folder; move it there")
         line_of[tap] = number
         points.setdefault(tuple(point.items()), {**point, "files": []})["files"].append(str(file.parent / tap))
     if not points:
         raise ValueError(f"{file}: has no points below its head")
-    return Grid(list(points.values()), (units[names.index("x")], units[names.index("y")]))
+    return Grid(list(points.values()), (of_x, of_y))
 
 
 @dataclass(frozen=True)
 class Taps(Task):
-    """The work at each point: `measure` reads a file, and `build` answers, or AR and TOF are read."""
+    """The work at each point: `measure` reads a file, and `build` answers for its signal and point."""
 
     build: Callable[..., Any]
     measure: Callable[[Any], xr.Dataset] | None = None
-    asked: bool = True
+
+    def outcome(self, point: Point) -> Outcome:
+        """Return the answer at a point, also if it is a failure: no point may cost the others."""
+        return self.attempt(point) if self.store is None else super().outcome(point)
 
     def run(self, point: Point) -> xr.Dataset:
         """Return the answer at a point, with all warnings in its attributes; a ValueError where no tap has one."""
         assert self.measure is not None
         others = {name: value for name, value in point.items() if name not in ("files", "key", "sums")}
-        answers: list[xr.Dataset] = []
-        refused: list[ValueError] = []
+        answers, refused = list[xr.Dataset](), list[ValueError]()
         with collected() as messages:
             for name in point["files"]:
                 try:
                     if not Path(name).is_file():
                         raise ValueError(f"{name}: there is no such file")
-                    signal = self.measure(Path(name))
-                    if self.asked:
-                        found = instance("answer(...)", self.build(signal, others), Identification, "an Identification")
-                        answers.append(found.to_dataset()[[*OF_UNKNOWNS, "verdict", "unit", "unit_size"]])
-                    else:
-                        answers.append(_waves(signal))
+                    answer: Any = self.build(self.measure(Path(name)), others)
+                    if self.build is not waves_at:
+                        answer = instance("answer(...)", answer, Identification, "an Identification").to_dataset()
+                    answers.append(answer[[*NONE, "unit", "unit_size"]])
                 except ValueError as error:
                     refused.append(error)
         if not answers:
@@ -219,10 +210,6 @@ class Taps(Task):
         findings += [line for answer in answers for line in findings_of(answer)]
         return with_warnings(data, [*findings, *messages])
 
-    def outcome(self, point: Point) -> Outcome:
-        """Return a failure at a point also without a store: no point may cost the others."""
-        return self.attempt(point) if self.store is None else super().outcome(point)
-
 
 def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     """Return the answer of all taps of a point, with warnings: means weighted by the intervals of the taps.
@@ -232,17 +219,17 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     first, count, findings = taps[0].assign_attrs(taps=len(taps)), len(taps), list[str]()
     if count == 1:
         return first, findings
-    value, low, high = (np.stack([tap[name].values for tap in taps]) for name in OF_UNKNOWNS)
-    weight = (2.0 * SETTINGS.deviations / np.maximum(high - low, 1e-12 * abs(value) + 1e-300)) ** 2
+    value, low, high = (np.stack([tap[name].values for tap in taps]) for name in ("value", "low", "high"))
+    weight = (2.0 * DEVIATIONS / np.maximum(high - low, 1e-12 * abs(value) + 1e-300)) ** 2
     mean = (weight * value).sum(axis=0) / weight.sum(axis=0)
-    half = SETTINGS.deviations / np.sqrt(weight.sum(axis=0))
+    half = DEVIATIONS / np.sqrt(weight.sum(axis=0))
     apart = (weight * (value - mean) ** 2).sum(axis=0) > chi2.ppf(0.95, count - 1)
     spread = student.ppf(0.975, count - 1) * value.std(axis=0, ddof=1) / np.sqrt(count)
     mean, half = np.where(apart, value.mean(axis=0), mean), np.where(apart, spread, half)
     verdict = list[str]()
     for k, name in enumerate(first.unknown.values.tolist()):
-        column = [str(tap.verdict.values[k]) for tap in taps]
         # A point has the worst verdict of its taps.
+        column = [str(tap.verdict.values[k]) for tap in taps]
         verdict.append(next((word for word in (FAILED, BLIND, AT_END) if word in column), column[0]))
         if apart[k] and verdict[k] != NUISANCE:
             part = 100.0 * value[:, k].std(ddof=1) / abs(mean[k])
@@ -252,9 +239,9 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     return first.assign({n: ("unknown", column) for n, column in columns.items()}).assign_attrs(misfit=misfit), findings
 
 
-def _waves(signal: xr.Dataset) -> xr.Dataset:
-    """Return AR and TOF of the primary wave at each sensor; their 95 % intervals are those of draws of noise, which
-    scatter and shift them."""
+def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
+    """Return AR and TOF of the primary wave at each sensor, whatever the point; their 95 % intervals are those of 60
+    draws of noise, which scatter and shift them."""
     sensors, rows = signal.sensor.values.tolist(), list[tuple[float, float]]()
     for sensor in sensors:
         trace = signal.sensor_force.sel(sensor=sensor)
@@ -264,19 +251,18 @@ def _waves(signal: xr.Dataset) -> xr.Dataset:
         size, memory = estimated(force), np.linspace(0.0, 0.999, 1000)
         smaller = (noise_level(force) / size) ** 2 if size > 0.0 else 1.0
         m = float(np.interp(-smaller, -(1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3), memory))
-        white = np.random.default_rng(sensor).normal(size=(DRAWS, force.size))
+        white = np.random.default_rng(sensor).normal(size=(60, force.size))
         white[:, 1:] *= np.sqrt(1.0 - m**2)
         noise = size * lfilter([1.0], [1.0, -m], white, axis=-1)
-        drawn = signal.sel(sensor=[sensor]).assign(
-            sensor_force=(("draw", "time", "sensor"), (force + noise)[..., None])
-        )
+        forces = ("draw", "time", "sensor"), (force + noise)[..., None]
+        drawn = signal.sel(sensor=[sensor]).assign(sensor_force=forces)
         for measure in (amplitude_ratio, time_of_flight):
             here = float(measure(signal, sensor))
             rows.append((here, float(np.sqrt(np.nanmean((measure(drawn, sensor).values - here) ** 2)))))
     value, scatter = np.array(rows).T
     if np.isnan(value).all():
         raise ValueError("no reflected wave stands out of the noise")
-    half = SETTINGS.deviations * np.hypot(scatter, NUMERICAL * abs(value))
+    half = DEVIATIONS * np.hypot(scatter, NUMERICAL * abs(value))
     columns = {
         "value": value, "low": value - half, "high": value + half,
         "verdict": [FAILED if np.isnan(one) else MEASURED for one in value],
@@ -297,36 +283,21 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") 
             sums = [sha256(file.read_bytes()).hexdigest() if file.is_file() else "" for file in files]
             points.append({**point, "key": key, "sums": sums})
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
-    data = _combined(grid, outcomes)
-    warn(findings_of(data))
-    return data
 
-
-def where(data: xr.Dataset, point: int) -> str:
-    """Return the place of a point, as the table has it."""
-    return ", ".join(
-        f"{name} = {data[name].values[point] / data[name].attrs['size']:g} {data[name].attrs['unit']}" for name in "xy"
-    )
-
-
-def _combined(grid: Grid, outcomes: Sequence[Outcome]) -> xr.Dataset:
-    """Return the map; a point that failed holds NaN and its error."""
-    answers, errors = dict[int, xr.Dataset](), [""] * len(outcomes)
+    errors = [""] * len(outcomes)
     for k, outcome in enumerate(outcomes):
         if isinstance(outcome, Failure):
             errors[k] = outcome.message if outcome.kind == "ValueError" else str(outcome)
-        else:
-            answers[k] = outcome
+    answers = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
     shown = dict[str, tuple[str, float]]()
     for answer in answers.values():
         columns = (answer[name].values.tolist() for name in ("unknown", "unit", "unit_size"))
         shown |= {name: (unit, size) for name, unit, size in zip(*columns, strict=True)}
-    none = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}
-    empty = xr.Dataset({key: ("unknown", [one] * len(shown)) for key, one in none.items()}, {"unknown": list(shown)})
+    empty = xr.Dataset({name: ("unknown", [one] * len(shown)) for name, one in NONE.items()}, {"unknown": list(shown)})
     every = [answers.get(k, empty) for k in range(len(outcomes))]
-    rows = [answer.reindex(unknown=list(shown), fill_value=none)[list(none)] for answer in every]
+    rows = [answer.reindex(unknown=list(shown), fill_value=NONE)[list(NONE)] for answer in every]
     data = xr.concat(rows, "point", combine_attrs="drop")
     data["verdict"] = data.verdict.astype(str)
     data["unit"], data["unit_size"] = (("unknown", list(column)) for column in zip(*shown.values(), strict=True))
@@ -341,4 +312,13 @@ def _combined(grid: Grid, outcomes: Sequence[Outcome]) -> xr.Dataset:
     data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
     said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}
     failed = [f"failed: {where(data, k)}: {error}" for k, error in enumerate(errors) if error]
-    return with_warnings(data, [*failed, *gathered(said, len(outcomes))])
+    findings = [*failed, *gathered(said, len(outcomes))]
+    warn(findings)
+    return with_warnings(data, findings)
+
+
+def where(data: xr.Dataset, point: int) -> str:
+    """Return the place of a point, as the table has it."""
+    return ", ".join(
+        f"{name} = {data[name].values[point] / data[name].attrs['size']:g} {data[name].attrs['unit']}" for name in "xy"
+    )

@@ -4,14 +4,12 @@ import json
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, sqrt
-from textwrap import fill
 
 import numpy as np
 import xarray as xr
 
-from coupling.inference.identification import LINE, Printed
-from coupling.inference.sensitivities import Build, as_measures, sensitivities, units_of, waves_at
-from coupling.inference.settings import DIFFERENCES
+from coupling.inference.identification import Printed, as_text
+from coupling.inference.sensitivities import Build, as_measures, sensitivities, waves_at
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
@@ -24,7 +22,7 @@ from structures.structure import Vector
 from structures.units import readable
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Uncertainty(Printed):
     """The uncertainty budget of AR, TOF or another measure; returned by `uncertainty`.
 
@@ -48,46 +46,40 @@ class Uncertainty(Printed):
     standard: dict[str, float]
     shares: dict[str, dict[str, float]]
     inputs: dict[str, tuple[float, float]]
+    units: dict[str, str]
     sampled: dict[str, tuple[float, float]] = field(default_factory=dict)
     samples: dict[str, Vector] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
-    def _with_spread(self, name: str) -> str:
+    def _rows(self, name: str) -> tuple[str, list[tuple[str, str]]]:
+        """Return a measure with its uncertainty, and the parameters with their shares, the largest first."""
         if not isfinite(self.value[name]):
-            return "no value"
+            return "no value", []
         unit = self.units.get(name, "")
-        return f"{readable(self.value[name], unit, 4)} ± {readable(self.standard[name], unit, 2)}"
-
-    def _parts(self, name: str) -> list[tuple[str, str]]:
-        """Return the parameters and their shares in the variance of a measure, the largest first."""
-        parts = sorted(self.inputs, key=lambda part: -self.shares[part][name]) if isfinite(self.value[name]) else []
-        return [(part, f"{100.0 * self.shares[part][name]:3.0f} %") for part in parts]
+        shares = sorted(((self.shares[part][name], part) for part in self.inputs), key=lambda share: -share[0])
+        parts = [(part, f"{100.0 * share:3.0f} %") for share, part in shares]
+        return f"{readable(self.value[name], unit, 4)} ± {readable(self.standard[name], unit, 2)}", parts
 
     def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
         """Return a run of the same simulation with this budget for a sensor, which reports then show."""
-        rows = [
-            (
-                f"bead {sensor}, {name.replace('_', ' ')}",
-                self._with_spread(name),
-                ", ".join(f"{part} {share.strip()}" for part, share in self._parts(name)),
-            )
-            for name in self.value
-        ]
+        rows = []
+        for name in self.value:
+            size, parts = self._rows(name)
+            shares = ", ".join(f"{part} {share.strip()}" for part, share in parts)
+            rows.append((f"bead {sensor}, {name.replace('_', ' ')}", size, shares))
         noted = json.loads(run.attrs.get(UNCERTAINTY, "{}")) | {str(sensor): {"text": str(self), "rows": rows}}
         return run.assign_attrs({UNCERTAINTY: json.dumps(noted)})
 
     def __str__(self) -> str:
-        lines = []
+        lines = list[str]()
         for name in self.value:
-            both = self.sampled.get(name)
+            (size, parts), both = self._rows(name), self.sampled.get(name)
             sampled = f"  (sampled: ± {readable(both[1], self.units.get(name, ''), 2)})" if both else ""
-            lines.append(f"{name} = {self._with_spread(name)}{sampled}")
-            for part, share in self._parts(name):
+            lines.append(f"{name} = {size}{sampled}")
+            for part, share in parts:
                 unit, (value, spread) = self.units.get(part, ""), self.inputs[part]
                 lines.append(f"  {share}  {part} = {readable(value, unit, 4)} ± {readable(spread, unit, 2)}")
-        lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
-        return "\n".join(lines)
+        return as_text([(line,) for line in lines], [f"note: {warning}" for warning in self.warnings])
 
 
 def uncertainty(
@@ -152,24 +144,27 @@ def uncertainty(
         centre = finite(name, default)
         inputs[name] = centre, standard_uncertainty(name, spread, centre)
 
-    of_sensor, values = waves_at([sensor]), {name: value for name, (value, _) in inputs.items()}
+    # The law of propagation.
+    of_sensor, (centres, deviations) = waves_at([sensor]), np.array([*inputs.values()]).T
+    values = dict(zip(inputs, centres.tolist(), strict=True))
     read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
     run = sensitivities(build, until, [sensor], measure=read, **values)
-    traces = ("contact_force", "velocity")
-    names = [str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in traces]
+    names = [
+        str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in ("contact_force", "velocity")
+    ]
     value, standard = dict[str, float](), dict[str, float]()
     shares: dict[str, dict[str, float]] = {name: {} for name in inputs}
     for name in names:
         slopes = run[f"{name}_derivative"].values
         if slopes.ndim > 1:
             raise ValueError(f"measure(runs): {name} has the shape {slopes.shape[1:]} for each run; must be one number")
-        parts = (slopes * np.array([spread for _, spread in inputs.values()])) ** 2
+        parts = (slopes * deviations) ** 2
         value[name], standard[name] = float(run[name].values.item()), sqrt(float(parts.sum()))
         for parameter, part in zip(inputs, parts, strict=True):
             shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
-    units = {name: str(run[name].attrs.get("units", "1")) for name in names} | units_of(build)
-    notes, said = findings_of(run), list[str]()
-    budget = Uncertainty(value, standard, shares, dict(inputs), units=units, warnings=notes)
+    units = {name: str(run[name].attrs.get("units", "1")) for name in names} | getattr(build, "units", {})
+    budget = Uncertainty(value, standard, shares, inputs, units, warnings=findings_of(run))
+    said = list[str]()
     if lacking := [name for name in names if not isfinite(value[name])]:
         with collected():
             waves = reflections(build(**values).run(until), sensor)
@@ -177,14 +172,14 @@ def uncertainty(
         said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
 
     # Draws of all parameters; or two runs for each of them, a standard uncertainty below and above its value.
-    size, (centres, deviations) = len(inputs), np.array([*inputs.values()]).T
+    size = len(inputs)
     ends = np.stack([-np.eye(size), np.eye(size)], axis=1).reshape(-1, size)
     moves = np.random.default_rng(seed).standard_normal((size, draws)).T if draws else ends
     columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
     with collected() as heard:
         tables = batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(read(runs), runs), **columns)
     if draws:
-        said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
+        said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, budget.warnings)]
         budget.samples.update({name: tables[name].values for name in names})
     for name in (name for name in names if name not in lacking):
         drawn = tables[name].values
@@ -195,14 +190,14 @@ def uncertainty(
         if draws and there.size > 1:
             budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
         moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
-        least = DIFFERENCES.rounding * abs(value[name])
-        limit = DIFFERENCES.curved + 2.0 / sqrt(2.0 * draws) if draws else DIFFERENCES.bent
-        if abs(moved - standard[name]) > limit * max(standard[name], least):
+        # Sampled runs may differ by 5 % and two standard errors; a smaller part of a measure is a numerical error.
+        limit = 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
+        if abs(moved - standard[name]) > limit * max(standard[name], 1e-4 * abs(value[name])):
             said.append(
                 f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
                 f"uncertainty {readable(moved, units[name], 2)}, and the derivatives "
                 f"{readable(standard[name], units[name], 2)}"
             )
     warn(said)
-    notes += said
+    budget.warnings.extend(said)
     return budget

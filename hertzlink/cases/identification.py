@@ -112,8 +112,8 @@ def fit(question: Question, signal: xr.Dataset, file: File | None = None) -> Ide
     settings: dict[str, Any] = dict(question.ranges)
     try:
         found = identify(
-            signal, question.build, question.nuisances, until=until, noise=asked.noise, starts=asked.starts,
-            seed=asked.seed, discrepancy=asked.discrepancy, **settings,
+            signal, question.build, question.nuisances, until=until, noise=asked.noise, seed=asked.seed,
+            discrepancy=asked.discrepancy, **settings,
         )  # fmt: skip
     except ValueError as error:
         if file is None or not str(error).startswith("signal: "):

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, Unknown
-from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, where
+from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, waves_at, where
 from coupling.results.provenance import versions
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
@@ -78,7 +78,7 @@ def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> Answer:
     """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
     taken, toml = Taken(case), case.to_toml()
     keep.mkdir(exist_ok=True)
-    work = Taps(taken.answer, 0.0, taken.read, Store(keep), asked=case.identify is not None)
+    work = Taps(waves_at if case.identify is None else taken.answer, 0.0, taken.read, Store(keep))
     data = mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{toml}").assign_attrs(case=toml)
     failed = [
         fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)

@@ -328,7 +328,6 @@ class Identify:
     mains: Annotated[float, Quantity("Hz", "a frequency", "50 Hz")] | None = None
     noise: Annotated[float, Quantity("N", "a force", "0.2 N")] | None = None
     discrepancy: Annotated[float, Quantity(or_zero=True)] = 0.0
-    starts: Sensor = 3
     seed: Number = 0
 
 

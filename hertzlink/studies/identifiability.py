@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
+from coupling.inference.identification import DEVIATIONS
 from coupling.inference.information import Design, bounds_of
 from coupling.inference.misfit import GAIN, TIME_ZERO
-from coupling.inference.settings import SETTINGS
 from hertzlink.studies import draw
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import over, wall_stiffness, with_units
@@ -86,7 +86,7 @@ def designed(
 
 def half_widths(derivatives: xr.DataArray, unknowns: Sequence[str]) -> list[float]:
     """Return the half-widths of the first unknown: the others are not known either, or are known (FREE)."""
-    return [SETTINGS.deviations * bounds_of(derivatives, known)[0][unknowns[0]] for known in ((), unknowns[1:])]
+    return [DEVIATIONS * bounds_of(derivatives, known)[0][unknowns[0]] for known in ((), unknowns[1:])]
 
 
 def edge_case(
@@ -141,7 +141,7 @@ def combinations(contact: str, near: float) -> xr.Dataset:
     root, correlated = np.array([*bounds.values()])[:3], correlation.values[:3, :3]
     size, vectors = np.linalg.eigh(correlated * np.outer(root, root))
     which = ["best", "middle", "worst"]
-    data = labelled("combination_error", SETTINGS.deviations * np.sqrt(size), combination=which)
+    data = labelled("combination_error", DEVIATIONS * np.sqrt(size), combination=which)
     label = {"units": "1", "long_name": "part in the combination"}
     of = (("combination", "of"), (vectors * np.sign(vectors[0])).T, label)
     return data.assign(combination_of=of).assign_coords(of=list(values))

@@ -121,7 +121,7 @@ def rod_found(length: float, seed: int) -> Identification:
         return hl.CoSimulation(chain(impact_speed), bar(length, modulus))
 
     ranges = {"length": (0.03, 0.3), "modulus": (50e9, 400e9), "impact_speed": RANGES["impact_speed"]}
-    return hl.identify(signal, build, NUISANCES, starts=2, **ranges)
+    return hl.identify(signal, build, NUISANCES, **ranges)
 
 
 @pytest.mark.thorough

@@ -41,7 +41,7 @@ def test_nothing_is_said_of_yield_where_the_best_fit_does_not() -> None:
         wall = hl.half_space(hl.STEEL_440C)
         return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, impact_speed), wall)
 
-    found = hl.identify(signal_of(build(0.1).run(8e-4), 5), build, impact_speed=(0.05, 3.0), starts=1)
+    found = hl.identify(signal_of(build(0.1).run(8e-4), 5), build, impact_speed=(0.05, 3.0))
     assert found["impact_speed"].value == pytest.approx(0.1, rel=0.02)
     assert not [one for one in found.warnings if "yield" in one]
 

@@ -170,7 +170,7 @@ def test_report_of_a_batch_and_of_a_signal(tmp_path: Path) -> None:
 
 
 def test_report_of_an_identification_and_of_its_file(tmp_path: Path) -> None:
-    found().save(tmp_path / "found.nc")
+    found().to_dataset().to_netcdf(tmp_path / "found.nc")
     with xr.open_dataset(tmp_path / "found.nc") as saved:
         for given in (found(), saved.load()):
             page = check_page(made(tmp_path, given))
