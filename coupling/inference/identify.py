@@ -216,6 +216,11 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
             run = prediction.made(**prediction.values(best.places)).run(prediction.until)
         notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
     notes += [f"{name}: {AT_END}; widen it" for name in at_end]
+    notes += [
+        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
+        for name, one in unknowns.items()
+        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
+    ]
     notes += _of_sensors(misfit, best)
     if prediction.failed:
         notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")

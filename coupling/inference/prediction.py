@@ -1,6 +1,7 @@
 """Predictions of a builder of co-simulations at the sensors of a measured signal, at many values of the unknowns."""
 
 from collections.abc import Callable, Sequence
+from itertools import chain
 from math import inf, log
 from typing import Any, NamedTuple
 
@@ -10,10 +11,10 @@ from coupling.cosimulation import CoSimulation
 from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.findings import kind
-from coupling.sweeps.batch import records
+from coupling.sweeps.batch import Records
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import caution, collected
-from structures.checks import finite, instance, positive, short
+from structures.checks import finite, positive, short
 from structures.structure import Vector
 from structures.units import readable
 
@@ -71,7 +72,7 @@ def length_of(
     if until is not None:
         return positive("until", until, "s")
     middle = {unknown.name: unknown.value(0.5) for unknown in ranges}
-    simulation = instance("build(...)", built_at(build, middle), CoSimulation, "a CoSimulation")
+    simulation = built_at(build, middle)
     wanted = min(record, FROM_IMPACT * simulation.chain.transit_time)
     valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
     if valid < 0.75 * wanted:
@@ -115,7 +116,7 @@ class Prediction:
 
     def made(self, **values: Any) -> CoSimulation:
         """Return the co-simulation at some values."""
-        simulation = instance("build(...)", built_at(self.build, values), CoSimulation, "a CoSimulation")
+        simulation = built_at(self.build, values)
         if self.progress is not None:
             self.progress.update()
         if len(simulation.interface.chains) > 1:
@@ -139,15 +140,17 @@ class Prediction:
             columns: dict[str, Any] = {unknown.name: [row[unknown.name] for row in rows] for unknown in self.ranges}
             beads = len(self.first.chain.chain.beads)
             with collected() as messages:
-                runs = records(self.made, self.until, self.interval, self._kept, beads, columns)
+                runs = Records(self.made, columns, self.until, self.interval, self._kept, beads)
+                runs.fill(1)
             force = (runs.force - runs.static[:, None, :]).swapaxes(1, 2)
             row_of = {index + 1: row for row, index in enumerate(self._kept.contacts)}
             # The force of a bead is the mean of those of its two contacts.
             traces = np.stack([0.5 * (force[:, row_of[n]] + force[:, row_of[n + 1]]) for n in self.sensors], axis=1)
             self.runs += len(rows)
-            self.failed += len(runs.failures)
-            self.reason = self.reason or next(iter(runs.failures), "")
-            for message in [*messages, *runs.findings]:
+            failures = [str(failure) for failure in runs.failures if failure]
+            self.failed += len(failures)
+            self.reason = self.reason or next(iter(failures), "")
+            for message in [*messages, *chain.from_iterable(runs.findings)]:
                 self.warnings.setdefault(kind(message), message)
             self._known |= dict(zip(new, traces, strict=True))
         found = [self._known[key] for key in keys]

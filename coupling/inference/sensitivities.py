@@ -17,7 +17,7 @@ from coupling.plan import Adaptive, Plan
 from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
-from coupling.sweeps.batch import Measure, records
+from coupling.sweeps.batch import Measure, Records
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import collected
 from structures.checks import finite, function, instance, positive
@@ -95,7 +95,7 @@ def sensitivities(
     values, until = {name: finite(name, value) for name, value in parameters.items()}, positive("until", until, "s")
     if zero := [name for name, value in values.items() if value == 0.0]:
         raise ValueError(f"{zero[0]} = 0: has no scale for a difference; must not be zero")
-    simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation").for_run(until)
+    simulation = built_at(build, values).for_run(until)
     several, adaptive = len(simulation.interface.chains) > 1, isinstance(simulation.window, Adaptive)
     if several or adaptive or not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
@@ -160,7 +160,8 @@ def differences(
         rows = [{**values}, *({**values, name: values[name] * (1.0 + part)} for name, part in changes)]
         columns = {name: [row[name] for row in rows] for name in values}
         with collected():  # these runs are not those of the user
-            runs = records(lambda **row: build(**row).replace(**settings), until, plan.interval, kept, beads, columns)
+            runs = Records(lambda **row: build(**row).replace(**settings), columns, until, plan.interval, kept, beads)
+            runs.fill(1)
             data = runs.dataset().drop_vars(list(values)).assign_attrs(run.attrs)
             measures = as_measures(measure(data), run)
         for name, value in measures.data_vars.items():
@@ -173,7 +174,7 @@ def differences(
         every |= {str(name): value.transpose("run", ...).values for name, value in measures.data_vars.items()}
         for place, name in enumerate(left):
             above, below = 1 + 2 * place, 2 + 2 * place
-            if reasons := [str(runs.ends[i].failure) for i in (above, below) if runs.ends[i].failure]:
+            if reasons := [str(runs.failures[i]) for i in (above, below) if runs.failures[i]]:
                 shown = readable(values[name], getattr(build, "units", {}).get(name, ""), 6)
                 failures.setdefault(
                     name,

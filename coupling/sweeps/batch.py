@@ -1,9 +1,9 @@
 """Thousands of runs in memory, in threads: of chains that face nothing or linear structures."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
-from threading import local
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import joblib
 import numpy as np
@@ -24,9 +24,9 @@ from coupling.sweeps.sweep import axis_labels, check_build
 from structures.caution import collected
 from structures.checks import count_of, function, instance, listed, positive, whole
 from structures.linear_algebra.one_thread import one_thread
-from structures.structure import Vector
 
 Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
+Columns: TypeAlias = dict[str, list[Any]]
 
 FRAMES_PER_CONTACT = 32
 """Saved times in the shortest contact, or more: half an interval off its peak, a half-sine is lower by 0.1 %."""
@@ -111,19 +111,21 @@ def batch(
     columns = _columns(build, parameters)
     try:
         with collected() as said:
-            family = _family(build, columns)
+            known = _first_and_ends(build, columns)
     finally:  # an error often follows from what they say, such as a length in mm
         said = one_of_each(said)
         warn(said)
-    kept, first = kept_at(sensors, family.beads), next(iter(family.known.values()))
+    first = next(iter(known.values()))
+    beads, count = len(first.chain.chain.beads), len(next(iter(columns.values())))
+    kept = kept_at(sensors, beads)
     if save_every is None:  # whole windows of the run with the shortest contact
-        shortest = min(family.known.values(), key=lambda simulation: simulation.interface.contact_time)
+        shortest = min(known.values(), key=lambda simulation: simulation.interface.contact_time)
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
         save_every = min(until, wanted, max(1, int(wanted / window)) * window)
     interval = positive("save_every", save_every, "s")
     if interval > until:
         raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
-    count, size = family.number, _rows(until, interval) * float(len(kept.contacts) + len(kept.bodies))
+    size = _rows(until, interval) * float(len(kept.contacts) + len(kept.bodies))
     if size * (count if measure is None else 1) > LARGEST_RESULT:
         raise ValueError(
             f"until = {until!r}, save_every = {interval!r}: {size * count:.3g} numbers are too many to keep; "
@@ -135,103 +137,41 @@ def batch(
     before = [*said, *before]
     cores = joblib.cpu_count() if threads is None else min(whole("threads", threads), joblib.cpu_count())
     together = count if measure is None else max(1, int(LARGEST_MEASURED / size))
-    parts, ends = list[xr.Dataset](), list[_End]()
+    parts, findings, reasons = list[xr.Dataset](), list[list[str]](), list[str]()
     for begin in range(0, count, together):
-        part = Records(family, range(begin, min(begin + together, count)), until, interval, kept, before)
-        part.fill(cores)
-        ends += part.ends
-        parts.append(part.dataset() if measure is None else _measured(measure, part.dataset()))
+        some = {name: values[begin : begin + together] for name, values in columns.items()}
+        built = {place - begin: simulation for place, simulation in known.items()}
+        runs = Records(build, some, until, interval, kept, beads, built, before)
+        runs.fill(cores)
+        findings += runs.findings
+        reasons += [str(failure or "") for failure in runs.failures]
+        parts.append(runs.dataset() if measure is None else _measured(measure, runs.dataset()))
 
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
-    findings = gathered({f"run {i}": run.findings for i, run in enumerate(ends) if run.findings}, count, "runs")
-    reasons = [str(run.failure or "") for run in ends]
+    said = gathered({f"run {i}": lines for i, lines in enumerate(findings) if lines}, count, "runs")
     failed = sum(map(bool, reasons))
     if failed == count:
         raise RuntimeError(f"all {count_of(count, 'run')} failed; the first with {reasons[0]}")
     if failed:
-        findings.append(f"batch: {failed} of {count_of(count, 'run')} failed, see the variable error")
-    warn(findings)
+        said.append(f"batch: {failed} of {count_of(count, 'run')} failed, see the variable error")
+    warn(said)
     data[ERROR_VARIABLE] = "run", reasons, {"long_name": "why the run failed, empty where it did not"}
     inputs = {"first": first.describe(), "count": count, "until": until}
-    return with_warnings(data.assign_attrs(provenance({"batch": inputs})), [*before, *findings])
-
-
-def records(
-    build: Callable[..., CoSimulation], until: float, interval: float, kept: Kept, beads: int, columns: dict[str, Any]
-) -> "Records":
-    """Return the runs of a function one after the other, without labels and checks of its arguments, which take as long
-    as a run."""
-    family = _Family(build, columns, {}, beads)
-    runs = Records(family, range(family.number), until, interval, kept, ())
-    runs.fill(1)
-    return runs
+    return with_warnings(data.assign_attrs(provenance({"batch": inputs})), [*before, *said])
 
 
 def _rows(until: float, interval: float) -> int:
     return int(until / interval * (1.0 + 1e-9)) + 1
 
 
-class _End(NamedTuple):
-    """The end of a run: why it failed, None where it did not, and its findings."""
-
-    failure: Failure | None
-    findings: list[str]
-
-
-class _Family(NamedTuple):
-    """All runs: the function that makes them, the values of its parameters, those that exist already, by their number,
-    and the number of beads in each chain, 0 while not known."""
-
-    build: Callable[..., CoSimulation]
-    columns: dict[str, list[Any]]
-    known: dict[int, CoSimulation]
-    beads: int
-
-    @property
-    def number(self) -> int:
-        return len(next(iter(self.columns.values())))
-
-    def make(self, i: int) -> CoSimulation:
-        """Return a run, or raise a ValueError for one that a batch does not do."""
-        if i in self.known:
-            return self.known[i]
-        built = self.build(**{name: values[i] for name, values in self.columns.items()})
-        instance("build(...)", built, CoSimulation, "a CoSimulation")
-        if len(built.interface.chains) > 1:
-            raise ValueError("build(...): is a CoSimulation of several chains; use sweep")
-        if self.beads and len(built.chain.chain.beads) != self.beads:
-            raise ValueError(f"build(...): has another number of beads than the {self.beads} of the first run")
-        return built
-
-
-def _family(build: Callable[..., CoSimulation], columns: dict[str, list[Any]]) -> _Family:
-    """Return the runs, of which the first that can be built, and those at the ends of each parameter, are built."""
-    family = _Family(build, columns, {}, 0)
-    numbers = [column for column in columns.values() if all(isinstance(value, int | float) for value in column)]
-    ends = {column.index(end) for column in numbers for end in (min(column), max(column))}
-    errors = list[Exception]()
-    for place in range(family.number):
-        if family.known and place not in ends:
-            continue
-        try:
-            family.known[place] = family.make(place)
-        except POINT_ERRORS as error:
-            errors.append(error)
-        else:
-            family = family._replace(beads=len(family.known[place].chain.chain.beads))
-    if not family.known:
-        raise errors[0]
-    return family
-
-
-def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
+def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> Columns:
     """Return a value of each parameter for each run, or raise a ValueError that names the parameter."""
     if not parameters:
         raise ValueError("parameters: name at least one argument of build, such as impact_speed=[0.1, 0.2]")
     check_build(build, parameters, names="parameters")
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
-    columns = dict[str, list[Any]]()
+    columns: Columns = {}
     for name, given in parameters.items():
         values = given.tolist() if isinstance(given, np.ndarray | xr.DataArray) else given
         if isinstance(values, Iterable) and not isinstance(values, str):
@@ -241,6 +181,36 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[s
         raise ValueError(f"parameters: have different numbers of values ({lengths}); must have one for each run")
     count = len(next(iter(columns.values()), [None]))
     return {name: columns.get(name) or [given] * count for name, given in parameters.items()}
+
+
+def _made(build: Callable[..., CoSimulation], columns: Columns, i: int, beads: int) -> CoSimulation:
+    """Return a run, or raise a ValueError for one that a batch does not do. beads: in each chain, 0 if not known."""
+    built = build(**{name: values[i] for name, values in columns.items()})
+    instance("build(...)", built, CoSimulation, "a CoSimulation")
+    if len(built.interface.chains) > 1:
+        raise ValueError("build(...): is a CoSimulation of several chains; use sweep")
+    if beads and len(built.chain.chain.beads) != beads:
+        raise ValueError(f"build(...): has another number of beads than the {beads} of the first run")
+    return built
+
+
+def _first_and_ends(build: Callable[..., CoSimulation], columns: Columns) -> dict[int, CoSimulation]:
+    """Return the first run that can be built, and those at the ends of each parameter, by their numbers."""
+    numbers = [column for column in columns.values() if all(isinstance(value, int | float) for value in column)]
+    ends = {column.index(end) for column in numbers for end in (min(column), max(column))}
+    known, errors, beads = dict[int, CoSimulation](), list[Exception](), 0
+    for i in range(len(next(iter(columns.values())))):
+        if known and i not in ends:
+            continue
+        try:
+            known[i] = _made(build, columns, i, beads)
+        except POINT_ERRORS as error:
+            errors.append(error)
+        else:
+            beads = len(known[i].chain.chain.beads)
+    if not known:
+        raise errors[0]
+    return known
 
 
 def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
@@ -254,130 +224,106 @@ def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
     return plan
 
 
-class _Ready(NamedTuple):
-    """A run that is built: its number, what it has in common with runs that are checked together, and findings."""
-
-    number: int
-    alike: Any
-    interface: Interface
-    frames: Frames
-    fill: Callable[[], None]
-    findings: list[str]
-
-
 class Records:
     """Runs that are in memory together: contact forces, N, and velocities, m/s, runs × times × contacts or bodies, NaN
     of a run that fails; static forces, N, centres, m, and impact energies, J.
 
-    before: findings that the user knows already. ends: how the runs ended.
+    known: runs that are built already, by their numbers; before: findings that the user knows already. failures: why
+    runs failed, None where they did not.
     """
 
     def __init__(
-        self, family: _Family, numbers: range, until: float, interval: float, kept: Kept, before: Sequence[str]
-    ) -> None:
-        self.family, self.numbers, self.before = family, numbers, before
+        self, build: Callable[..., CoSimulation], columns: Columns, until: float, interval: float, kept: Kept,
+        beads: int, known: Mapping[int, CoSimulation] | None = None, before: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        self.build, self.columns, self.beads, self.known, self.before = build, columns, beads, known or {}, before
         self.until, self.interval, self.kept = until, interval, kept
-        count, rows, contacts, bodies = len(numbers), _rows(until, interval), len(kept.contacts), len(kept.bodies)
-        self.force = np.full((count, rows, contacts), np.nan)
-        self.velocity = np.full((count, rows, bodies), np.nan)
-        self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
-        self.energy, self.yields = np.full(count, np.nan), False
-        self.windows, self.of_thread, self.ends = StructureWindows(), local(), list[_End]()
+        self.count, rows = len(next(iter(columns.values()))), _rows(until, interval)
+        self.force = np.full((self.count, rows, len(kept.contacts)), np.nan)
+        self.velocity = np.full((self.count, rows, len(kept.bodies)), np.nan)
+        self.static = np.full((self.count, len(kept.contacts)), np.nan)
+        self.centre = np.full((self.count, len(kept.bodies)), np.nan)
+        self.energy, self.yields, self.windows = np.full(self.count, np.nan), False, StructureWindows()
+        self.failures: list[Failure | None] = [None] * self.count
+        self._checks, self._said = [list[str]() for _ in range(self.count)], [list[str]() for _ in range(self.count)]
 
     @property
-    def columns(self) -> tuple[Vector, ...]:
-        """The arrays, in the order above."""
-        return self.force, self.velocity, self.static, self.centre, self.energy
-
-    @property
-    def failures(self) -> list[str]:
-        """Why some runs failed."""
-        return [str(end.failure) for end in self.ends if end.failure]
-
-    @property
-    def findings(self) -> list[str]:
-        """All findings."""
-        return [finding for end in self.ends for finding in end.findings]
+    def findings(self) -> list[list[str]]:
+        """Those of each run."""
+        return [[*dict.fromkeys(checks + said)] for checks, said in zip(self._checks, self._said, strict=True)]
 
     def fill(self, threads: int) -> None:
         """Run all; after an error that is not of a run the rest is not run."""
         # The checks need some more contacts and bodies than are kept.
         size = self.force.shape[1] * (self.force.shape[2] + self.velocity.shape[2] + 8)
-        most = len(self.numbers) // (GROUPS_PER_THREAD * threads)
+        most = self.count // (GROUPS_PER_THREAD * threads)
         many = max(1, min(LARGEST_GROUP, int(LARGEST_GROUP_NUMBERS / size), most))
-        groups = [self.numbers[begin : begin + many] for begin in range(0, len(self.numbers), many)]
+        groups = [range(begin, min(begin + many, self.count)) for begin in range(0, self.count, many)]
         if threads == 1:
-            ends = map(self._group, groups)
+            for group in groups:
+                self._run(group)
         else:
-            ends = joblib.Parallel(threads, require="sharedmem", batch_size=1)(map(joblib.delayed(self._group), groups))
-        self.ends = [end for of_group in ends for end in of_group]
+            joblib.Parallel(threads, require="sharedmem", batch_size=1)(map(joblib.delayed(self._run), groups))
 
-    def _group(self, numbers: range) -> list[_End]:
+    def _run(self, numbers: range) -> None:
         """Build some runs, then run all, then check all: so the processor finds its code in its caches, and the checks
-        see the runs of a chain at once. Errors of runs are returned, all others are raised."""
-        messages, findings = {i: list[str]() for i in numbers}, {i: list[str]() for i in numbers}
-        earlier = set(map(kind, self.before))
-        failures, alike = dict[int, Failure](), dict[Any, list[_Ready]]()
-
-        def tried(runs: Sequence[int], step: Callable[..., Any], *arguments: Any) -> Any:
-            """Return what a step of these runs returns; None where it raises an error, of which they fail."""
-            with collected() as more:
-                answer = None
-                try:
-                    answer = step(*arguments)
-                except POINT_ERRORS as error:
-                    failures.update(dict.fromkeys(runs, Failure(type(error).__name__, str(error))))
-            for i in runs:
-                messages[i] += [message for message in more if kind(message) not in earlier]
-            return answer
-
-        ready = [tried([i], self._ready, i, place) for place, i in enumerate(numbers)]
-        for run in filter(None, ready):
-            tried([run.number], run.fill)
-            if run.number not in failures:
-                alike.setdefault(run.alike, []).append(run)
+        see the runs of a chain at once."""
+        ready, alike = dict[int, tuple[Interface, Frames, Callable[[], None]]](), dict[Any, list[int]]()
+        for i in numbers:
+            with self._noted(i):
+                ready[i] = self._ready(i)
+        for i, (interface, frames, run) in ready.items():
+            with self._noted(i):
+                run()
+                alike.setdefault((id(interface.chains[0].model), frames.rows, len(interface.structures)), []).append(i)
         for runs in alike.values():
-            findings.update(tried([run.number for run in runs], self._checked, runs) or {})
-        return [_End(failures.get(i), [*dict.fromkeys(findings[i] + messages[i])]) for i in numbers]
+            with self._noted(*runs):
+                self._check(runs, *zip(*(ready[i][:2] for i in runs), strict=True))
 
-    def _ready(self, i: int, place: int) -> _Ready:
-        """Build a run. place: its place in the group."""
-        simulation = self.family.make(i).for_run(self.until)
-        interface = simulation.interface
-        plan = _plan(simulation, self.until, self.interval)
+    @contextmanager
+    def _noted(self, *numbers: int) -> Iterator[None]:
+        """Keep what is said of some runs, and an error by which they fail."""
+        with collected() as messages:
+            try:
+                yield
+            except POINT_ERRORS as error:
+                for i in numbers:
+                    self.failures[i] = Failure(type(error).__name__, str(error))
+        if messages:
+            earlier = set(map(kind, self.before))
+            for i in numbers:
+                self._said[i] += [message for message in messages if kind(message) not in earlier]
+
+    def _ready(self, i: int) -> tuple[Interface, Frames, Callable[[], None]]:
+        """Build a run; return what runs it."""
+        simulation = (self.known.get(i) or _made(self.build, self.columns, i, self.beads)).for_run(self.until)
+        interface, plan = simulation.interface, _plan(simulation, self.until, self.interval)
         findings = check_before(interface.chains, self.until)
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
-        alike = id(interface.chains[0].model), plan.rows, len(interface.structures)
-        # This thread's last frames in this place serve again if they were of the same chain.
-        last: dict[int, Any] = vars(self.of_thread).setdefault("runs", {})
-        if place in last and last[place][0] == alike:
-            frames = last[place][2].clear()
-        else:
-            frames = Frames(interface, plan.rows, self.kept)
-            # With the chain: another one could get its number when it is gone.
-            last[place] = alike, interface.chains[0], frames
-        filled = partial(fill, frames, interface, simulation.scheme, simulation.window, plan, self.windows)
-        return _Ready(i, alike, interface, frames, filled, [line for line in findings if line not in self.before])
+        self._checks[i] += [line for line in findings if line not in self.before]
+        frames = Frames(interface, plan.rows, self.kept)
+        return (
+            interface,
+            frames,
+            partial(fill, frames, interface, simulation.scheme, simulation.window, plan, self.windows),
+        )
 
-    def _checked(self, runs: Sequence[_Ready]) -> dict[int, list[str]]:
-        """Check runs of one chain, fill their rows, and return the findings of each."""
-        interfaces, frames = [run.interface for run in runs], [run.frames for run in runs]
+    def _check(self, runs: list[int], interfaces: Sequence[Interface], frames: Sequence[Frames]) -> None:
+        """Check runs of one chain, and fill their rows."""
         with collected():  # what it returns, of all runs
             after = checked(interfaces, frames, self.interval)
         (contacts, bodies), chain = self.kept, interfaces[0].chains[0]
-        rows = [run.number - self.numbers.start for run in runs]
         self.yields = self.yields or bool(chain.yielding)
-        self.static[rows] = chain.static_force[contacts]
-        self.centre[rows] = chain.once("centres", lambda: chain.chain.centres)[bodies]
-        for row, interface, saved in zip(rows, interfaces, frames, strict=True):
-            self.force[row] = saved.chains[0].force[:, : len(contacts)]
-            self.velocity[row] = saved.chains[0].velocity[:, : len(bodies)]
-            self.energy[row] = interface.chains[0].chain.impact_energy
-        return {run.number: run.findings + more for run, more in zip(runs, after, strict=True)}
+        self.static[runs] = chain.static_force[contacts]
+        self.centre[runs] = chain.once("centres", lambda: chain.chain.centres)[bodies]
+        for i, interface, saved, more in zip(runs, interfaces, frames, after, strict=True):
+            self.force[i] = saved.chains[0].force[:, : len(contacts)]
+            self.velocity[i] = saved.chains[0].velocity[:, : len(bodies)]
+            self.energy[i] = interface.chains[0].chain.impact_energy
+            self._checks[i] += more
 
     def dataset(self) -> xr.Dataset:
         """Return the runs, with their parameters as coordinates."""
-        rows = slice(self.numbers.start, self.numbers.stop)
         coordinates: dict[str, Any] = {
             "time": ("time", self.interval * np.arange(float(self.force.shape[1])), {"units": "s"}),
             "bead": ("bead", self.kept.bodies),
@@ -386,14 +332,13 @@ class Records:
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
             "impact_energy": ("run", self.energy, {"units": "J"}),
         }
-        coordinates |= {name: ("run", axis_labels(values[rows])) for name, values in self.family.columns.items()}
+        coordinates |= {name: ("run", axis_labels(values)) for name, values in self.columns.items()}
         data = {
             "contact_force": variable("contact_force", self.force.swapaxes(0, 1), "run"),
             "velocity": variable("velocity", self.velocity.swapaxes(0, 1), "run"),
         }
         yielding = {"yielding": 1} if self.yields else {}
-        attributes = {"beads": self.family.beads, **yielding}
-        return xr.Dataset(data, coordinates, attributes).transpose("run", "time", ...)
+        return xr.Dataset(data, coordinates, {"beads": self.beads, **yielding}).transpose("run", "time", ...)
 
 
 def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:

@@ -28,15 +28,6 @@ DEFAULT_BRACKET = 0.2e-3
 SHORTEST_BRACKET = 1e-6
 """m. A mesh that moves with the contact makes AR scatter by about 1e-5, which corresponds to a few µm of distance."""
 
-OWN_DIMENSIONS = {"distance", "within", "end"}
-"""Names of the result's own dimensions."""
-
-SAMPLE_OFFSET = 0.45
-"""The crossing is expected midway between two samples, each this fraction of the bracket's length away from it."""
-
-SPLINE_NEIGHBOURS = 3
-"""Number of samples on each side of the bracket through which a cubic spline predicts the crossing."""
-
 Curve = dict[float, xr.Dataset]
 """What is kept of the runs of one curve, by their distances, m."""
 
@@ -130,7 +121,7 @@ def critical_distance_search(
     tolerances = [positive("tolerance", value) for value in many]
     instance("relative", relative, bool, "True or False")
     bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
-    values = axis_values(axes, OF_RUNS | OWN_DIMENSIONS) if axes else {}
+    values = axis_values(axes, OF_RUNS | {"distance", "within", "end"}) if axes else {}
     check_build(build, {"distance": scan, **values})
 
     task = Task(build, until, partial(_measured, sensor=sensor))
@@ -181,37 +172,28 @@ class _Search:
         return last_crossing(*as_arrays(self.curve), self.tolerance, self.relative)
 
     def next(self) -> list[float]:
-        """Return the distances, m, that it needs next."""
+        """Return the distances, m, that it needs next.
+
+        The midpoint of the bracket where that is enough, or the last step was slow; else two samples close to the
+        crossing of a cubic spline through three neighbours on each side, or one if the other lies outside the bracket.
+        """
         _, low, high = self.crossing()
         if low not in self.curve or not self.bracket < high - low < inf:
             return []
         slow, self.before = high - low > 0.5 * self.before, high - low
+        if slow or high - low <= 2.0 * self.bracket:
+            return [round(0.5 * (low + high), 9)]
         distances, ratios = as_arrays(self.curve)
         outside = self.curve[low].amplitude_ratio.item()
         level = crossed_level(outside, far_value(ratios), self.tolerance, self.relative)
-        found = next_distances(distances, ratios, low, high, level, self.bracket, bisect=slow)
-        return [round(distance, 9) for distance in found]
-
-
-def next_distances(
-    distances: Vector, ratios: Vector, low: float, high: float, level: float, bracket: float, bisect: bool = False
-) -> list[float]:
-    """Return where to sample between low and high for a bracket of this length, or shorter, around AR = level. All in
-    m.
-
-    The midpoint if it is sufficient, or if `bisect` is true. Otherwise two samples close to the crossing of a cubic
-    spline through the neighbours, or one if the other would lie outside the bracket.
-    """
-    reach = SAMPLE_OFFSET * bracket
-    if bisect or high - low <= 2.0 * bracket:
-        return [0.5 * (low + high)]
-    valid = ~np.isnan(ratios)
-    x, y = distances[valid], ratios[valid]
-    first, last = int(np.searchsorted(x, low)), int(np.searchsorted(x, high))
-    near = slice(max(0, first - SPLINE_NEIGHBOURS + 1), last + SPLINE_NEIGHBOURS)
-    spline = CubicSpline(x[near], y[near])
-    crossing = brentq(lambda d: spline(d) - level, low, high)
-    return [place for place in (crossing - reach, crossing + reach) if low < place < high]
+        valid = ~np.isnan(ratios)
+        x, y = distances[valid], ratios[valid]
+        near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
+        spline = CubicSpline(x[near], y[near])
+        crossing = brentq(lambda d: spline(d) - level, low, high)
+        # The crossing is then nearly midway between two samples that are a little closer than the bracket is long.
+        reach = 0.45 * self.bracket
+        return [round(place, 9) for place in (crossing - reach, crossing + reach) if low < place < high]
 
 
 def as_arrays(curve: Curve) -> tuple[Vector, Vector]:

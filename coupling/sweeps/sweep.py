@@ -176,10 +176,10 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
         ) from None
 
 
-def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> Any:
+def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> CoSimulation:
     """Return what a builder makes of numbers that vary continuously; a ValueError names one that must be whole."""
     try:
-        return build(**values)
+        return instance("build(...)", build(**values), CoSimulation, "a CoSimulation")
     except TypeError:
         for name, value in values.items():
             # Such as a radius: it would become zero.

@@ -194,6 +194,7 @@ def test_a_sensor_whose_wires_are_turned_is_fitted() -> None:
     assert found.explained
     assert found["modulus"].value == pytest.approx(3e9, rel=0.02)
     assert found["gain 5"].value == pytest.approx(-1.0, rel=0.01)
+    assert any(note.startswith("gain 5 is negative: this sensor's sign is reversed") for note in found.warnings)
 
 
 def test_a_short_lead_gives_the_zero_of_the_force_with_an_error() -> None:
