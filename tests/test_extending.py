@@ -84,6 +84,7 @@ def test_it_has_sliders_and_is_swept_in_other_processes(cantilever: Path, monkey
     assert "length, mm" in table
 
 
+@pytest.mark.thorough
 def test_a_number_of_it_is_identified(cantilever: Path) -> None:
     text = (cantilever / "case.toml").read_text("utf-8")
     assert command("run", "case.toml", "--with", "mine.py") == 0

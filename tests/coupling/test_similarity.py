@@ -92,7 +92,7 @@ of two are their numbers those of another size."""
 
 
 LONG = {*TIES, "solid", "thick plate", "any position"}
-LONG |= {"cylinder on ground"}
+LONG |= {"cylinder on ground", "viscous rod"}
 
 
 def ratios(build: Callable[[float], Any], n: float) -> list[float]:
@@ -148,7 +148,11 @@ def primary(n: float, body: hl.Structure) -> float:
 
 @pytest.mark.filterwarnings("error:(mesh|reduction)::hertzlink", "ignore::hertzlink.HertzlinkWarning")
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.thorough] if name in LONG else []) for name in DEFAULTS]
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.thorough] if name in LONG | {"cylinder", "laminate"} else [])
+        for name in DEFAULTS
+    ],
 )
 def test_default_meshes_and_reductions_follow_the_contact(name: str) -> None:
     build = DEFAULTS[name]

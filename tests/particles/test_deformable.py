@@ -19,6 +19,10 @@ def deformable(modes: int = 8, count: int = 5, speed: float = 0.5, **more: Any) 
     return hl.DeformableChain([BEAD] * count, BEAD, speed, modes=modes, **more)
 
 
+def thorough(loss: Any) -> Any:
+    return pytest.param(loss, marks=pytest.mark.thorough)
+
+
 @pytest.fixture(scope="module")
 def law() -> Any:
     return computed_law(BEAD, max_force=60.0)
@@ -84,7 +88,7 @@ def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> N
         assert float(abs(run.vibration_energy).max()) == 0.0
 
 
-@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(2.0), hl.Tsuji(0.05)])
+@pytest.mark.parametrize("loss", [None, *map(thorough, (hl.LinearDashpot(2.0), hl.Tsuji(0.05)))])
 def test_losses_take_what_is_missing(loss: Any) -> None:
     run = hl.CoSimulation(deformable(dissipation=loss), None).run(until=2e-4)
     assert hl.energy_error(run) < 2e-5
@@ -99,7 +103,7 @@ def advanced(chain: hl.DeformableChain, dt: float, until: float) -> Any:
     return state.position[: moving.mass.size] - moving.rest[: moving.mass.size]
 
 
-@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(1.0)])
+@pytest.mark.parametrize("loss", [None, thorough(hl.LinearDashpot(1.0))])
 def test_verlet_has_order_two(loss: Any) -> None:
     chain = deformable(5, 3, dissipation=loss)
     finest = advanced(chain, 5e-10, 3e-5)
@@ -116,6 +120,7 @@ def test_even_compression_is_that_of_the_law(law: Any, modes: int) -> None:
     assert -np.diff(moving.rest[2:5]) == pytest.approx(np.full(2, law.approach(5.0)), rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_a_chain_turned_around_moves_as_its_mirror_image() -> None:
     bodies = [BEAD, hl.Sphere(3e-3, hl.ALUMINIUM_6061), hl.HollowSphere(4e-3, 3e-3, STEEL)]
     more: dict[str, Any] = {"modes": 4, "law": hl.contact_law}
@@ -158,6 +163,7 @@ def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
     )
 
 
+@pytest.mark.thorough
 def test_chains_of_both_kinds_share_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """Window by window; tests/coupling/test_cosimulation.py compares the compiled loop with that, which takes 20 s to
     compile for such chains."""

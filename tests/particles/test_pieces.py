@@ -78,6 +78,7 @@ class Saturating(hl.Dissipation):
         return np.full_like(mass, self.viscosity)
 
 
+@pytest.mark.thorough
 def test_a_users_pieces_run_as_those_built_in() -> None:
     """In one run: a cone's law between beads, a table at one contact, Hertz's law at the wall; a saturating loss."""
     small, table = hl.Sphere(3e-3, hl.BRASS_360), hl.laws.PowerLaw(2e8, 1.3)

@@ -110,15 +110,15 @@ def test_jackson_and_greens_curve_rises_under_a_hard_bead_on_a_soft_wall(modulus
     assert np.diff(force).max() < 0.1 * force[40]
 
 
-MORE: dict[str, dict[str, Any]] = {
-    "plain": {},
-    "gravity": {"gravity": 9.81},
-    "preload": {"preload": 5.0},
-    "dashpot": {"dissipation": hl.LinearDashpot(4.0)},
-}
+MORE = [
+    pytest.param({}, id="plain"),
+    pytest.param({"gravity": 9.81}, id="gravity"),
+    pytest.param({"preload": 5.0}, id="preload", marks=pytest.mark.thorough),
+    pytest.param({"dissipation": hl.LinearDashpot(4.0)}, id="dashpot", marks=pytest.mark.thorough),
+]
 
 
-@pytest.mark.parametrize("more", MORE.values(), ids=MORE)
+@pytest.mark.parametrize("more", MORE)
 @pytest.mark.parametrize("law", LAWS, ids=["Thornton", "Jackson and Green"])
 def test_the_ledger_closes(law: YieldingLaw, more: dict[str, Any]) -> None:
     run = hl.CoSimulation(chain(law, **more), hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=3e-4)).run(

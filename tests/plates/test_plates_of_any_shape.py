@@ -326,6 +326,7 @@ def test_triangles_and_quadrilaterals() -> None:
     assert panel.at(0.5, 0.5).origin["cells"] == 8
 
 
+@pytest.mark.thorough
 def test_an_outline_of_a_thin_plate_against_the_rectangle() -> None:
     """1 mm of aluminium. Under beads of 4.76 mm AR is Kirchhoff's to 0.001. Under beads of 2.38 mm it is 0.431, that of
     Mindlin's rectangle, for 0.440 without shear."""

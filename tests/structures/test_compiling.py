@@ -124,6 +124,7 @@ def test_a_users_piece_is_compiled_at_each_start(printed: Callable[..., Any], tm
     assert not list((tmp_path / "kept").rglob("*.nbi"))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("ending", "part"), [("nbi", 0.0), ("nbi", 0.9), ("nbc", 0.5)])
 def test_what_is_cut_is_compiled(
     printed: Callable[..., Any], kept: Path, tmp_path: Path, ending: str, part: float
@@ -137,6 +138,7 @@ def test_what_is_cut_is_compiled(
     assert re.fullmatch(rf"kernels in {tmp_path}/kept/kernels-\w+ cannot be read or written .*", *lines)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("settings", [{"NUMBA_CACHE_DIR": ""}, {"NUMBA_CACHE_DIR": "/proc/none"}], ids=["home", "dir"])
 def test_without_a_folder_kernels_last_as_long_as_the_process(
     printed: Callable[..., Any], tmp_path: Path, settings: dict[str, str]
@@ -150,6 +152,7 @@ def test_without_a_folder_kernels_last_as_long_as_the_process(
     assert not list(tmp_path.glob("hertzlink-*"))
 
 
+@pytest.mark.thorough
 def test_disabled_compilation_is_one_line() -> None:
     for command in (["-c", "import particles.kernels.motion"], ["-m", "hertzlink", "info"]):
         done = subprocess.run(
