@@ -35,7 +35,6 @@ SCHEMES = {
     "Explicit, 0": hl.Explicit(0, tolerance=None),
     "Explicit, 1": hl.Explicit(1, tolerance=None),
     "Explicit, 2": hl.Explicit(2, tolerance=None),
-    "Explicit, 1, parallel": hl.Explicit(1, parallel=True, tolerance=None),
 }
 
 

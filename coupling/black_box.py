@@ -6,6 +6,7 @@ chains follow their surfaces, and the forces that they answer less those that pu
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, nan
 from typing import Annotated, Any, NamedTuple
 
@@ -50,7 +51,6 @@ class Scheme:
     tolerance: Any
     largest_count = 1
     predictor = MOST_ORDER
-    parallel = False
 
     @property
     def repeats(self) -> bool:
@@ -75,7 +75,6 @@ class Condensed(Scheme):
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.Condensed()
     Condensed(tolerance=1e-11)
     """
@@ -86,16 +85,13 @@ class Condensed(Scheme):
 
 @described
 class Explicit(Scheme):
-    """One exchange a window: forces predicted from the last windows push the structures.
+    """One exchange a window: predicted forces push the structures, and the chains follow their new surfaces.
 
     Parameters
     ----------
     predictor : int
         Order of the polynomial through the last mean forces, 0 to 2. 0 repeats the last force, and the scheme is of
         first order; with 1 and 2 it is of second order.
-    parallel : bool
-        Whether both sides move at once, the chains against predicted surfaces. Else, in series, the chains follow the
-        new motion of the surfaces.
     tolerance : float or None
         The greatest difference between predicted and answered forces, in units of the greatest force that the contact
         could bear. The window is halved where it is exceeded. None accepts every window, for a participant that
@@ -109,13 +105,11 @@ class Explicit(Scheme):
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.Explicit(tolerance=None)
-    Explicit(predictor=1, parallel=False, tolerance=None)
+    Explicit(predictor=1, tolerance=None)
     """
 
     predictor: Annotated[int, Count(0, MOST_ORDER)] = 1
-    parallel: bool = False
     tolerance: Tolerance | None = 1e-2
     windows_per_contact = 512
 
@@ -152,7 +146,6 @@ class Aitken(Iterated):
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.Aitken(tolerance=1e-10)
     Aitken(tolerance=1e-10, relaxation=0.5, largest_count=50)
     """
@@ -178,7 +171,6 @@ class IQN_ILS(Iterated):
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.IQN_ILS(reuse=0)
     IQN_ILS(tolerance=1e-09, relaxation=0.5, largest_count=50, reuse=0, filtering=0.001)
     """
@@ -187,69 +179,58 @@ class IQN_ILS(Iterated):
     filtering: Annotated[float, Quantity()] = 1e-3
 
 
-# What `step` of the next three returns is the change of the forces, N, after a trial with this residual.
+class Trial(NamedTuple):
+    """A trial of a window: forces that the chains answered less those that pushed, forces answered, N; surfaces, m."""
+
+    residual: Vector
+    answer: Vector
+    surface: Vector
 
 
-class Newton:
-    """Newton's method on answer(w_free + C F) − F, with a secant slope for each contact, from those of the window
-    before."""
-
-    def __init__(self, slope: Vector, compliance: Vector, still: float) -> None:
-        self.slope, self.compliance, self.still = slope.copy(), compliance, still
-        self.last: tuple[Vector, Vector] | None = None
-
-    def step(self, residual: Vector, answer: Vector, surface: Vector) -> Vector:
-        if self.last is not None:
-            moved = surface - self.last[0]
-            far = abs(moved) > self.still
-            self.slope[far] = np.minimum((answer - self.last[1])[far] / moved[far], 0.0)
-        self.last = surface, answer
-        matrix = np.eye(len(residual)) - self.slope[:, None] * self.compliance
-        return np.asarray(np.linalg.solve(matrix, residual))
+Pairs = Sequence[tuple[Vector, Vector]]
+"""Differences of residuals and of answers, N, newest first."""
 
 
-class Relaxed:
-    """A part of the residual, which follows from the last two."""
-
-    def __init__(self, factor: float) -> None:
-        self.factor = factor
-        self.last: Vector | None = None
-
-    def step(self, residual: Vector, answer: Vector, surface: Vector) -> Vector:
-        if self.last is not None:
-            change = residual - self.last
-            if (square := float(change @ change)) > 0.0:
-                self.factor *= -float(self.last @ change) / square
-        self.last = residual
-        return self.factor * residual
+def by_newton(trials: Sequence[Trial], slope: Vector, compliance: Vector, still: float) -> Vector:
+    """Return the next change of the forces by Newton's method on answer(w_free + C F) − F, and renew its slopes."""
+    residual, answer, surface = trials[-1]
+    if len(trials) > 1:
+        moved = surface - trials[-2].surface
+        far = abs(moved) > still
+        slope[far] = np.minimum((answer - trials[-2].answer)[far] / moved[far], 0.0)
+    return np.asarray(np.linalg.solve(np.eye(len(residual)) - slope[:, None] * compliance, residual))
 
 
-class LeastSquares:
-    """The change of the answers for the least residual, from differences (of residuals, of answers), newest first."""
+def by_relaxation(trials: Sequence[Trial], factor: float) -> Vector:
+    """Return a part of the residual, which follows from all of the window by Aitken's rule."""
+    for before, now in pairwise(trials):
+        change = now.residual - before.residual
+        if (square := float(change @ change)) > 0.0:
+            factor *= -float(before.residual @ change) / square
+    return factor * trials[-1].residual
 
-    def __init__(self, scheme: IQN_ILS, earlier: Sequence[tuple[Vector, Vector]]) -> None:
-        self.scheme, self.earlier = scheme, earlier
-        self.new: list[tuple[Vector, Vector]] = []
-        self.last: tuple[Vector, Vector] | None = None
 
-    def step(self, residual: Vector, answer: Vector, surface: Vector) -> Vector:
-        if self.last is not None:
-            self.new.insert(0, (residual - self.last[0], answer - self.last[1]))
-        self.last = residual, answer
-        pairs = [*self.new, *self.earlier]
-        while pairs:
-            matrix = np.array([column for column, _ in pairs]).T
-            directions, upper = np.linalg.qr(matrix)
-            added = np.zeros(len(pairs))
-            added[: len(upper)] = abs(np.diagonal(upper))
-            little = np.flatnonzero(added <= self.scheme.filtering * np.linalg.norm(matrix, axis=0))
-            if not little.size:
-                # Σ cᵢ Δresidualᵢ = −residual in the least squares; Σ cᵢ Δanswerᵢ is then the change of the answers.
-                parts = np.linalg.solve(upper, -(directions.T @ residual))
-                change: Vector = np.array([other for _, other in pairs]).T @ parts + residual
-                return change
-            del pairs[little[0]]
-        return self.scheme.relaxation * residual
+def by_least_squares(trials: Sequence[Trial], earlier: Pairs, scheme: IQN_ILS) -> Vector:
+    """Return the change of the answers for the least residual, from the differences of this window and earlier ones."""
+    residual, pairs = trials[-1].residual, [*differences(trials), *earlier]
+    while pairs:
+        matrix = np.array([column for column, _ in pairs]).T
+        directions, upper = np.linalg.qr(matrix)
+        added = np.zeros(len(pairs))
+        added[: len(upper)] = abs(np.diagonal(upper))
+        little = np.flatnonzero(added <= scheme.filtering * np.linalg.norm(matrix, axis=0))
+        if not little.size:
+            # Σ cᵢ Δresidualᵢ = −residual in the least squares; Σ cᵢ Δanswerᵢ is then the change of the answers.
+            parts = np.linalg.solve(upper, -(directions.T @ residual))
+            change: Vector = np.array([other for _, other in pairs]).T @ parts + residual
+            return change
+        del pairs[little[0]]
+    return scheme.relaxation * residual
+
+
+def differences(trials: Sequence[Trial]) -> Pairs:
+    """Return the differences between the trials of a window."""
+    return [(now.residual - before.residual, now.answer - before.answer) for before, now in pairwise(trials)][::-1]
 
 
 class Window(NamedTuple):
@@ -266,22 +247,18 @@ class Disagreement(Exception):
 
 
 class Loop:
-    """Both sides of a run at the end of a window, its ledger, and what the next window starts from. K contacts.
-
-    followed: the surfaces that the chains last followed, m; predicted ones, where both sides move at once.
-    """
+    """Both sides of a run at the end of a window, its ledger, and what the next window starts from. K contacts."""
 
     def __init__(self, interface: Interface, scheme: Scheme) -> None:
         self.interface, self.scheme, self.time = interface, scheme, 0.0
         self.chains = [chain.start() for chain in interface.chains]
         self.structures = [structure.start() for structure in interface.structures]
-        self.surface = self.followed = np.zeros(interface.size)
-        self.contact = np.zeros(interface.size, CONTACT)
+        self.surface, self.contact = np.zeros(interface.size), np.zeros(interface.size, CONTACT)
         self.past: list[Window] = []
         self.tried, self.windows, self.residual = 0, 0, 0.0
         self.slope = np.zeros(interface.size)
-        self.differences: dict[float, list[list[tuple[Vector, Vector]]]] = {}
-        """Of IQN_ILS: by the length of the last windows, those of each that was repeated, newest first."""
+        self.differences: dict[float, list[Pairs]] = {}
+        """By the length of the last windows, the differences of each that was repeated, newest first."""
 
     def advance(self, length: float, halvings: int = MOST_HALVINGS) -> None:
         """Move on by a window of `length` s; one for which no forces are found is halved at most so many times."""
@@ -296,31 +273,21 @@ class Loop:
     def exchange(self, length: float) -> None:
         """Move on by a window of `length` s under the forces on which both sides agree."""
         interface, scheme = self.interface, self.scheme
-        force = np.zeros(interface.size)
-        if self.past:
-            middles = [window.time - window.length / 2.0 for window in self.past]
-            forces = [window.force for window in self.past]
-            guess = predicted(middles, forces, scheme.predictor, self.time + length / 2.0)
-            force = np.maximum(guess, -interface.static)  # a contact cannot pull
-        search: Newton | Relaxed | LeastSquares | None = None
+        # A contact cannot pull.
+        force = np.maximum(self.predicted(length), -interface.static) if self.past else np.zeros(interface.size)
         begin, linear = self.structures, isinstance(scheme, Condensed)
+        known, slope, compliance = self.differences.get(length, []), self.slope.copy(), np.zeros((interface.size,) * 2)
         if linear:
             begin = [body.free(now, length) for body, now in zip(interface.structures, begin, strict=True)]
-            compliance = np.zeros((interface.size, interface.size))
             for seats, body in zip(interface.of_structure, interface.structures, strict=True):
                 used = seats >= 0
                 compliance[np.ix_(seats[used], seats[used])] = body.compliance(length)[np.ix_(used, used)]
-            search = Newton(self.slope, compliance, STILL * interface.indentation_scale)
-        elif isinstance(scheme, Aitken):
-            search = Relaxed(scheme.relaxation)
-        elif isinstance(scheme, IQN_ILS):
-            search = LeastSquares(scheme, [pair for pairs in self.differences.get(length, []) for pair in pairs])
         enough = inf if scheme.tolerance is None else scheme.tolerance * interface.force_scale
         if isinstance(scheme, Explicit):  # in short windows the impulse counts
             enough *= max(1.0, interface.contact_time / scheme.windows_per_contact / length)
 
-        still, last = inf, self.surface
-        for count in range(1, scheme.largest_count + 1):
+        still, last, trials = inf, self.surface, list[Trial]()
+        while True:
             surface, ends = np.empty(interface.size), []
             for body, now, seats in zip(interface.structures, begin, interface.of_structure, strict=True):
                 pushes = np.where(seats < 0, 0.0, force[seats])
@@ -331,57 +298,65 @@ class Loop:
                     end, places = body.move(now, pushes, length)
                 surface[seats[seats >= 0]] = places[seats >= 0]
                 ends.append(end)
-            target = self.predicted_surface(length) if scheme.parallel else surface
-            chains, answer = self.follow(target, length)
-            residual = answer - force
-            wrong = float(abs(residual).max())
+            chains, answer = self.follow(surface, length)
+            trials.append(Trial(answer - force, answer, surface))
+            wrong = float(abs(answer - force).max())
             if not wrong > enough and not abs(surface - last).max() > still:
                 break
-            if count == scheme.largest_count or search is None:
-                raise Disagreement(f"residual {wrong:.3g} N after {count_of(count, 'trial')}, tolerance {enough:.3g} N")
-            force = force + search.step(residual, answer, surface)
+            if len(trials) == scheme.largest_count:
+                count = count_of(len(trials), "trial")
+                raise Disagreement(f"residual {wrong:.3g} N after {count}, tolerance {enough:.3g} N")
+            if linear:
+                change = by_newton(trials, slope, compliance, STILL * interface.indentation_scale)
+            elif isinstance(scheme, IQN_ILS):
+                change = by_least_squares(trials, [pair for pairs in known for pair in pairs], scheme)
+            elif isinstance(scheme, Iterated):
+                change = by_relaxation(trials, scheme.relaxation)
+            force = force + change
             if isinstance(scheme, Iterated):
                 still, last = scheme.tolerance * interface.indentation_scale, surface
 
         contact = self.contact.copy()
         contact["work"] += force * (surface - self.surface)
-        contact["given"] += answer * (target - self.followed)
+        contact["given"] += answer * (surface - self.surface)
         contact["impulse"] += length * force
         contact["surface"] = surface
         if isinstance(scheme, Explicit) and scheme.repeats:
             made = float(abs((contact["given"] - contact["work"]).sum())) / interface.impact_energy
             if made > MOST_MADE:
                 raise Disagreement(f"the exchange has made or lost {made:.2g} of the impact energy")
-        if isinstance(search, Newton):
-            self.slope = search.slope
-        elif isinstance(search, LeastSquares) and isinstance(scheme, IQN_ILS):
-            known = [search.new, *self.differences.get(length, [])] if search.new else self.differences.get(length, [])
-            self.differences = {length: known[: scheme.reuse]}
-        self.chains, self.structures, self.contact = chains, ends, contact
-        self.surface, self.followed, self.time = surface, target, self.time + length
+        if isinstance(scheme, IQN_ILS):
+            new = differences(trials[:-1])
+            self.differences = {length: ([new, *known] if new else known)[: scheme.reuse]}
+        self.chains, self.structures, self.contact, self.slope = chains, ends, contact, slope
+        self.surface, self.time = surface, self.time + length
         self.past = [*self.past[1 - REMEMBERED :], Window(self.time, length, surface, answer)]
         self.windows, self.residual = self.windows + 1, max(self.residual, wrong)
+
+    def predicted(self, length: float) -> Vector:
+        """Return the mean forces of a window, N, by the scheme's polynomial through those of the last ones."""
+        past = self.past[-self.scheme.predictor - 1 :]
+        middles = [window.time - window.length / 2.0 for window in past]
+        total: Vector = np.zeros(self.interface.size)
+        for window, middle in zip(past, middles, strict=True):
+            weight = 1.0
+            for other in middles:
+                if other != middle:
+                    weight *= (self.time + length / 2.0 - other) / (middle - other)
+            total = total + weight * window.force
+        return total
 
     def follow(self, surface: Vector, length: float) -> tuple[list[Any], Vector]:
         """Return the chains and their mean forces, N, after their surfaces moved straight to these places, m."""
         interface, chains, force = self.interface, [], np.empty(self.interface.size)
         for chain, state, seats in zip(interface.chains, self.chains, interface.of_chain, strict=True):
-            motion: Any = self.followed[seats], surface[seats]
+            motion: Any = self.surface[seats], surface[seats]
             if len(seats) == 1:
                 motion = float(motion[0][0]), float(motion[1][0])
             moved, force[seats] = chain.advance(state, motion, length)
             chains.append(moved)
         self.tried += 1
         return chains, force
-
-    def predicted_surface(self, length: float) -> Vector:
-        """Return the surfaces at the end of a window, m, from those at the ends of the last ones."""
-        if not self.past:
-            return self.surface
-        times, places = [window.time for window in self.past], [window.surface for window in self.past]
-        if len(times) <= MOST_ORDER:
-            times, places = [times[0] - self.past[0].length, *times], [np.zeros_like(self.surface), *places]
-        return predicted(times, places, self.scheme.predictor, self.time + length)
 
     def record(self, frames: Frames, row: int) -> None:
         """Fill a row of the frames, as the compiled engine does."""
@@ -400,19 +375,6 @@ class Loop:
         for structure, state, frame in zip(interface.structures, self.structures, frames.saved.structure, strict=True):
             known = isinstance(structure, MovingStructure)
             frame[row // frames.saved.every] = (*structure.energies(state), 0.0) if known else (nan, nan, nan)
-
-
-def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:
-    """Return the polynomial of at most this order through the newest values, which are last, at another place."""
-    places, values = places[-order - 1 :], values[-order - 1 :]
-    total: Vector = np.zeros(len(values[0]))
-    for value, place in zip(values, places, strict=True):
-        weight = 1.0
-        for other in places:
-            if other != place:
-                weight *= (at - other) / (place - other)
-        total = total + weight * value
-    return total
 
 
 def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: float, stride: int) -> None:

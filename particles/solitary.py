@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 import numpy as np
 from scipy.special import betainc
 
-from structures.checks import each, not_negative, restitution_coefficient
+from structures.checks import each, not_negative, within
 from structures.described import described
 from structures.quantities import Quantity
 from structures.structure import Vector
@@ -116,7 +116,7 @@ class UniformChain:
         T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} for n = 3/2 and a striker like the beads (equations
         6.17 and 6.19, corrected), without the time in contact. e: ratio of particle speeds at the structure.
         """
-        e = restitution_coefficient("restitution", restitution)
+        e = within("restitution", restitution, 0.0, 1.0)
         v = _given("striker_speed", striker_speed, "m/s")
         return beads * self.size / self.wave_speed_from_particle_speed(PARTICLE_TO_STRIKER_SPEED * v) * (1.0 + e**-0.2)
 

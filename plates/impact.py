@@ -54,22 +54,9 @@ def zener_restitution(inelasticity: Any) -> Any:
 
 
 def zener_contact_time(inelasticity: Any) -> Any:
-    """Return the time in contact τ_c of a sphere with an infinite thin plate, in units (m²/k²v)^{1/5} of a collision.
+    """Return the time in contact τ_c of a sphere, in units (m²/k²v)^{1/5} of a collision, to 1e-9.
 
-    Parameters
-    ----------
-    inelasticity : float or ndarray
-        λ ≥ 0, as of `theory.PlateImpact`.
-
-    Returns
-    -------
-    float or ndarray
-        τ_c to 1e-9: 3.2180655 (1 + 0.17302 λ) for small λ, λ (5 ln λ − 0.35937) + 3 λ^{−2/3} for large λ.
-
-    Examples
-    --------
-    >>> round(hl.theory.zener_contact_time(0.0), 4)
-    3.2181
+    3.2180655 (1 + 0.17302 λ) for small λ, λ (5 ln λ − 0.35937) + 3 λ^{−2/3} for large ones.
     """
     number = each(not_negative, "inelasticity", inelasticity)
     _, small, excess = _series()

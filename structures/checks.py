@@ -75,11 +75,6 @@ def not_negative(name: str, value: float, unit: str = "") -> float:
     return within(name, value, 0.0, math.inf, unit, or_zero=True)
 
 
-def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float; a ValueError if it is not a ratio of rebound speed to approach speed, in (0, 1]."""
-    return within(name, value, 0.0, 1.0, unit)
-
-
 def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
     """Return `value` as an int; raise a ValueError if it is not a whole number from `smallest` to `largest`."""
     try:

@@ -279,7 +279,7 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
             "reference": {"accuracy": "reference"},
             "short windows": {"window": 2.5e-7},
             "steps": {"window": 1.25e-7},
-            "extrapolation": {"scheme": hl.Explicit(predictor=2, parallel=True, tolerance=None)},
+            "extrapolation": {"scheme": hl.Explicit(predictor=2, tolerance=None)},
             "strict condensation": {"scheme": hl.Condensed(1e-12)},
         }.items()
     }

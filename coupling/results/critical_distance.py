@@ -1,7 +1,7 @@
 """The critical distance from an edge, read from amplitude ratios over distances, and the bracket that holds it."""
 
 from math import inf, nan
-from typing import Literal, NamedTuple, overload
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,31 +29,7 @@ class CriticalDistance(NamedTuple):
     high: Number
 
 
-@overload
-def critical_distance(
-    ratio: xr.DataArray,
-    tolerance: float = ...,
-    relative: bool = ...,
-    bracket: Literal[False] = ...,
-) -> Number: ...
-
-
-@overload
-def critical_distance(
-    ratio: xr.DataArray,
-    tolerance: float = ...,
-    relative: bool = ...,
-    *,
-    bracket: Literal[True],
-) -> CriticalDistance: ...
-
-
-def critical_distance(
-    ratio: xr.DataArray,
-    tolerance: float = 0.02,
-    relative: bool = False,
-    bracket: bool = False,
-) -> Number | CriticalDistance:
+def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02, bracket: bool = False) -> Any:
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
     It is interpolated between the last sample outside the tolerance and the next one, and no better than this bracket,
@@ -66,9 +42,7 @@ def critical_distance(
         AR over "distance" (m; or over the only dimension), and over any others. NaN is unknown: no wave came within the
         record. Where that means AR = 0, pass ``ratio.fillna(0.0)``.
     tolerance : float
-        How far AR may be from its far value: in units of the incident amplitude, or with `relative` of the far value.
-    relative : bool
-        Whether the tolerance is relative to the far value.
+        How far AR may be from its far value, in units of the incident amplitude.
     bracket : bool
         Whether to return a CriticalDistance, the value and its bracket.
 
@@ -85,7 +59,6 @@ def critical_distance(
     0.0250 m
     """
     positive("tolerance", tolerance)
-    instance("relative", relative, bool, "True or False")
     instance("bracket", bracket, bool, "True or False")
     instance("ratio", ratio, xr.DataArray, "a DataArray of amplitude ratios over distances")
     dimension = "distance" if "distance" in ratio.dims else str(next(iter(ratio.dims), ""))
@@ -99,7 +72,7 @@ def critical_distance(
     if (np.diff(distances) <= 0.0).any():
         raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
     results = xr.apply_ufunc(
-        lambda curve: last_crossing(distances.astype(float), curve, tolerance, relative),
+        lambda curve: last_crossing(distances.astype(float), curve, tolerance),
         ordered,
         input_core_dims=[[dimension]],
         output_core_dims=[[], [], []],
@@ -111,32 +84,28 @@ def critical_distance(
     return result if bracket else result.value
 
 
-def last_crossing(
-    distances: Vector, curve: Vector, tolerance: float, relative: bool = False
-) -> tuple[float, float, float]:
+def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[float, float, float]:
     """Return (value, low, high) of `CriticalDistance` for one curve over rising distances."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
     usable = np.flatnonzero(~np.isnan(curve[:-1]))
     if usable.size == 0:
         return nan, nan, nan
     level, x, y = far_value(curve), distances[usable], curve[usable]
-    reached = not np.isnan(level)
-    level = level if reached else 0.0
-    outside = np.flatnonzero(np.abs(y - level) > (tolerance * level if relative else tolerance))
-    if not reached:
+    outside = np.flatnonzero(np.abs(y - np.nan_to_num(level)) > tolerance)
+    if np.isnan(level):
         return nan, float(x[outside[-1]]) if outside.size else 0.0, inf
     if outside.size == 0:
         return float(x[0]), 0.0, float(x[0])
     i = int(outside[-1])
     if i + 1 == x.size:
         return nan, float(x[i]), inf
-    share = (y[i] - crossed_level(y[i], level, tolerance, relative)) / (y[i] - y[i + 1])
+    share = (y[i] - crossed_level(y[i], level, tolerance)) / (y[i] - y[i + 1])
     return float(x[i] + share * (x[i + 1] - x[i])), float(x[i]), float(x[i + 1])
 
 
-def crossed_level(outside: float, far: float, tolerance: float, relative: bool = False) -> float:
+def crossed_level(outside: float, far: float, tolerance: float) -> float:
     """Return the edge of the band far ± tolerance on the side of a sample outside it."""
-    return far + float(np.copysign(tolerance * far if relative else tolerance, outside - far))
+    return far + float(np.copysign(tolerance, outside - far))
 
 
 def far_value(curve: Vector) -> float:

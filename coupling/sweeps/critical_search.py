@@ -18,7 +18,7 @@ from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Task, run_points, shown
 from coupling.sweeps.sweep import axis_labels, axis_values, check_build
-from structures.checks import instance, listed, not_negative, positive, whole, within
+from structures.checks import listed, not_negative, positive, whole, within
 from structures.structure import Vector
 from structures.units import readable
 
@@ -39,7 +39,6 @@ def critical_distance_search(
     distances: Iterable[float],
     tolerance: float | Iterable[float] = 0.02,
     bracket: float = DEFAULT_BRACKET,
-    relative: bool = False,
     jobs: int | None = None,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
@@ -60,12 +59,10 @@ def critical_distance_search(
         The first scan, m, three or more. AR oscillates with the distance, so the scan must be dense enough to resolve
         the last crossing.
     tolerance : float or sequence of float
-        Allowed difference of AR from its far value, in units of the incident amplitude, or with `relative` in units of
-        the far value. Several tolerances share their samples.
+        Allowed difference of AR from its far value, in units of the incident amplitude. Several tolerances share their
+        samples.
     bracket : float
         Largest length of the bracket, m.
-    relative : bool
-        Whether the tolerance is relative to the far value.
     jobs : int, optional
         Number of processes; by default one for each core.
     **axes : sequence
@@ -119,7 +116,6 @@ def critical_distance_search(
         raise ValueError(f"distances: must not hold {twice[0]:g} twice")
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
     tolerances = [positive("tolerance", value) for value in many]
-    instance("relative", relative, bool, "True or False")
     bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
     values = axis_values(axes, OF_RUNS | {"distance", "within", "end"}) if axes else {}
     check_build(build, {"distance": scan, **values})
@@ -128,7 +124,7 @@ def critical_distance_search(
     points = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     together = len(values[list(values)[-1]]) if values else 1
     curves: list[Curve] = [{} for _ in points]
-    searches = [_Search(curve, limit, relative, bracket) for curve in curves for limit in tolerances]
+    searches = [_Search(curve, limit, bracket) for curve in curves for limit in tolerances]
     said = dict[str, list[str]]()
     wanted = {(i, distance) for i in range(len(curves)) for distance in scan}
     while wanted:
@@ -163,13 +159,12 @@ def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
 class _Search:
     """The search for the last crossing of one curve for one tolerance, until its bracket, m, is short enough."""
 
-    def __init__(self, curve: Curve, tolerance: float, relative: bool, bracket: float) -> None:
-        self.curve, self.tolerance, self.relative, self.bracket = curve, tolerance, relative, bracket
-        self.before = inf
+    def __init__(self, curve: Curve, tolerance: float, bracket: float) -> None:
+        self.curve, self.tolerance, self.bracket, self.before = curve, tolerance, bracket, inf
 
     def crossing(self) -> tuple[float, float, float]:
         """Return the crossing and its bracket, m; see `last_crossing`."""
-        return last_crossing(*as_arrays(self.curve), self.tolerance, self.relative)
+        return last_crossing(*as_arrays(self.curve), self.tolerance)
 
     def next(self) -> list[float]:
         """Return the distances, m, that it needs next.
@@ -185,7 +180,7 @@ class _Search:
             return [round(0.5 * (low + high), 9)]
         distances, ratios = as_arrays(self.curve)
         outside = self.curve[low].amplitude_ratio.item()
-        level = crossed_level(outside, far_value(ratios), self.tolerance, self.relative)
+        level = crossed_level(outside, far_value(ratios), self.tolerance)
         valid = ~np.isnan(ratios)
         x, y = distances[valid], ratios[valid]
         near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
@@ -224,7 +219,6 @@ def _crossings(
     shape, over, metres = tuple(map(len, values.values())), [*values, "within"], {"units": "m"}
     found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
     far = np.reshape([far_value(as_arrays(curve)[1]) for curve in curves], shape)
-    label = "tolerance of AR, relative to the far value" if searches[0].relative else "tolerance of AR"
     bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
     variables: dict[str, Any] = {
         "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
@@ -232,5 +226,5 @@ def _crossings(
         "lower_bound": (over, np.isinf(found[..., 2]), bound),
         "far_value": ([*values], far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
     }
-    within_label = {"units": "1", "long_name": label}
+    within_label = {"units": "1", "long_name": "tolerance of AR"}
     return xr.Dataset(variables, {"within": ("within", tolerances, within_label), "end": ["low", "high"]})

@@ -184,7 +184,7 @@ def checks_of_walls() -> Iterator[Check]:
     # Half a period of a mass on an elastic rod.
     area, upper, lower = pi * 9.525e-3**2, 6.35e-3, 152.4e-3
     heavy, light = steel.density * area * upper, wall.density * area * lower
-    spring = float(hl.theory.layer_stiffness(wall.youngs_modulus, area, lower))
+    spring = wall.youngs_modulus * area / lower
     x = float(brentq(lambda x: x * tan(x) - light / heavy, 1e-6, pi / 2.0 - 1e-9))
     exact = pi * lower / (x * wall.bar_speed)
     without, third = (float(hl.theory.secondary_delay(heavy, mass, spring)) for mass in (0.0, light))

@@ -14,6 +14,8 @@ from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 
 STEEL, LENGTH, RADIUS = hl.STEEL_440C, 76.2e-3, 19.1e-3
 MODULI = np.geomspace(1.0e9, 210.0e9, 61)
+CRITICAL = STEEL.youngs_modulus / (2.0 * 2.0**0.5 - 1.0)
+"""Pa, of a wall whose contact with a bead is as stiff as that of two beads (equations 6.21 and 6.22)."""
 WALLS = {"steel": STEEL, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
 TIME_CONSTANT = 1e-3  # s, RC of the piezoelectric discs (section 2.2).
 DISPLACED = "the bead displaced by more than 1 % of its greatest displacement"
@@ -134,13 +136,12 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("first collision of beads 20 and 19, PTFE", first)
     yield Number("second collision, PTFE", second, f"{second - first:.0f} µs after the first")
 
-    critical = hl.theory.critical_modulus(STEEL)
-    yield Number("E below which SSW form, over the bead's", critical / STEEL.youngs_modulus)
-    yield Number("modulus below which SSW form", critical * 1e-9)
+    yield Number("E below which SSW form, over the bead's", CRITICAL / STEEL.youngs_modulus)
+    yield Number("modulus below which SSW form", CRITICAL * 1e-9)
     secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
     gap = 1e-9 * float(data.youngs_modulus.where(secondary == 0.0).min())
     said = f"below {gap:.0f} GPa SSW part from the primary wave's tail"
-    yield Number("SSW there, over the incident wave", float(secondary.interp(youngs_modulus=critical)), said)
+    yield Number("SSW there, over the incident wave", float(secondary.interp(youngs_modulus=CRITICAL)), said)
     yield Number("steel stiffer than PTFE", STEEL.youngs_modulus / hl.PTFE.youngs_modulus, "times")
 
 
@@ -177,8 +178,7 @@ def over_modulus(data: xr.Dataset) -> draw.Figure:
     draw.theory_line(axes[0], modulus, shared.time_of_flight(walls) * 1e6, "theory of contact times")
     axes[1].plot([], [], "o", color="grey", label="rods of real materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
-    critical = hl.theory.critical_modulus(STEEL) * 1e-9
-    axes[1].axvline(critical, color="grey", linestyle=":", label="theory: secondary\nwaves left of this")
+    axes[1].axvline(1e-9 * CRITICAL, color="grey", linestyle=":", label="theory: secondary\nwaves left of this")
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend()
     axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")

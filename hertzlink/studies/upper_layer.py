@@ -30,10 +30,10 @@ def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
     mass, below = heavy * np.asarray(upper), light * np.asarray(lower)
     restitution = hl.theory.layer_restitution(shared.BEAD.mass, mass)
     primary = shared.time_of_flight(shared.wall_stiffness(shared.BEAD, hl.STEEL_440C), restitution)
-    spring = hl.theory.layer_stiffness(hl.PTFE.youngs_modulus, np.pi * RADIUS**2, np.asarray(lower))
+    spring = hl.PTFE.youngs_modulus * np.pi * RADIUS**2 / np.asarray(lower)
     delay, heavier = (hl.theory.secondary_delay(mass, lower_mass, spring) for lower_mass in (0.0, below))
     values = {
-        "amplitude_ratio": hl.theory.primary_amplitude_ratio(restitution), "time_of_flight": primary,
+        "amplitude_ratio": restitution**1.2, "time_of_flight": primary,
         "secondary": primary + delay, "secondary_with_mass": primary + heavier,
         "delay": delay, "delay_with_mass": heavier,
     }  # fmt: skip

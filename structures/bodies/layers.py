@@ -12,10 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from structures.checks import each, not_negative, positive, restitution_coefficient
-from structures.described import checked_call
-from structures.material import Material
-from structures.quantities import PoissonRatio
+from structures.checks import each, not_negative, positive, within
 from structures.structure import Vector
 
 Form = TypeVar("Form", bound=Callable[..., Any])
@@ -29,13 +26,12 @@ HERTZ_COLLISION = 2.0 * 1.25**0.4 * sqrt(pi) * gamma(1.4) / gamma(0.9)
 BEAD_TRANSIT = (25.0 / 16.0 / 0.682) ** 0.2
 
 UNITS = {
-    "mass": "kg", "upper_mass": "kg", "lower_mass": "kg", "speed": "m/s", "striker_speed": "m/s", "bar_speed": "m/s",
-    "stiffness": "N/m^1.5", "chain_stiffness": "N/m^1.5", "wall_stiffness": "N/m^1.5",
-    "lower_stiffness": "N/m", "contact_time": "s", "youngs_modulus": "Pa", "area": "m²", "length": "m",
+    "mass": "kg", "upper_mass": "kg", "lower_mass": "kg", "speed": "m/s", "striker_speed": "m/s",
+    "stiffness": "N/m^1.5", "chain_stiffness": "N/m^1.5", "wall_stiffness": "N/m^1.5", "lower_stiffness": "N/m",
 }  # fmt: skip
 
 # The checks of arguments that need not be positive, or have an upper limit
-OTHER_RANGES = {"lower_mass": not_negative, "restitution": restitution_coefficient}
+OTHER_RANGES = {"lower_mass": not_negative, "restitution": lambda name, value, _: within(name, value, 0.0, 1.0)}
 
 
 def closed_form(function: Form) -> Form:
@@ -47,10 +43,6 @@ def closed_form(function: Form) -> Form:
         bound = parameters.bind(*arguments, **named)
         for name, value in bound.arguments.items():
             bound.arguments[name] = each(OTHER_RANGES.get(name, positive), name, value, UNITS.get(name, ""))
-        try:
-            np.broadcast_shapes(*map(np.shape, bound.arguments.values()))
-        except ValueError as error:
-            raise ValueError(f"{', '.join(bound.arguments)}: {error}") from None
         result = function(*bound.args, **bound.kwargs)
         return float(result) if np.ndim(result) == 0 else result
 
@@ -118,77 +110,6 @@ def time_of_flight(
     return flight / striker_speed**0.2
 
 
-@closed_form
-def amplitude_ratio(restitution: Number) -> Any:
-    """Amplitude ratio AR = e^{6/5} of the primary wave, as AR = (V_ref/V_in)⁶ (equations 6.23 and 6.24).
-
-    Parameters
-    ----------
-    restitution : float or ndarray
-        Restitution e = v_ref/v_in of the structure, the ratio of the bead speeds after and before impact, in (0, 1].
-
-    Returns
-    -------
-    float or ndarray
-        AR.
-
-    Examples
-    --------
-    >>> round(hl.theory.primary_amplitude_ratio(0.6), 3)
-    0.542
-    """
-    return restitution**1.2
-
-
-@checked_call
-def critical_modulus(material: Material, wall_poisson_ratio: PoissonRatio | None = None) -> float:
-    """Young's modulus of the half-space whose contact with a bead is as stiff as that of two beads.
-
-    E (1 − ν_w²)/[(2√2 − 1)(1 − ν²)]; a softer one sends a secondary wave back (equations 6.21 and 6.22).
-
-    Parameters
-    ----------
-    material : Material
-        The material of the beads, with E and ν.
-    wall_poisson_ratio : float, optional
-        Poisson's ratio ν_w of the half-space, by default that of `material`.
-
-    Returns
-    -------
-    float
-        Young's modulus of the half-space, Pa.
-
-    Examples
-    --------
-    >>> round(hl.theory.critical_modulus(hl.STEEL_440C) * 1e-9, 1)
-    109.4
-    """
-    nu = material.poisson_ratio if wall_poisson_ratio is None else wall_poisson_ratio
-    return material.contact_modulus * (1.0 - nu**2) / (2.0 * sqrt(2.0) - 1.0)
-
-
-@closed_form
-def characteristic_length(bar_speed: Number, contact_time: Number) -> Any:
-    """Length c T/2 of a rod whose far end sends its echo back just as the bead leaves (section 6.1.2).
-
-    Parameters
-    ----------
-    bar_speed, contact_time : float or ndarray
-        Speed c = √(E/ρ) in the rod, m/s (`Material.bar_speed`), and time T, s, such as `theory.hertz_contact_time`.
-
-    Returns
-    -------
-    float or ndarray
-        Length, m.
-
-    Examples
-    --------
-    >>> round(hl.theory.characteristic_length(hl.STEEL_440C.bar_speed, 39.6e-6) * 1e3)
-    100
-    """
-    return bar_speed * contact_time / 2.0
-
-
 # A stiff upper layer on a soft lower layer (section 6.1.3). While the wave is at the structure, the upper layer moves
 # as a free rigid mass. The lower layer is a spring.
 
@@ -205,7 +126,7 @@ def restitution(mass: float, upper_mass: Number) -> Any:
     Returns
     -------
     float or ndarray
-        e, for `theory.primary_amplitude_ratio` and `theory.primary_time_of_flight`.
+        e, for `theory.primary_time_of_flight`; AR of the primary wave is e^{6/5} (equations 6.23 and 6.24).
 
     Examples
     --------
@@ -221,28 +142,6 @@ def restitution(mass: float, upper_mass: Number) -> Any:
 
 
 @closed_form
-def axial_stiffness(youngs_modulus: float, area: float, length: Number) -> Any:
-    """Static axial stiffness k_d = E A/L of a layer that is free to widen.
-
-    Parameters
-    ----------
-    youngs_modulus, area, length : float or ndarray
-        Young's modulus E, Pa, area A of the cross-section, m², and length L, m.
-
-    Returns
-    -------
-    float or ndarray
-        k_d, N/m.
-
-    Examples
-    --------
-    >>> round(hl.theory.layer_stiffness(youngs_modulus=1.5e9, area=285e-6, length=25.4e-3) * 1e-6, 2)
-    16.83
-    """
-    return youngs_modulus * area / length
-
-
-@closed_form
 def secondary_delay(upper_mass: Number, lower_mass: Number, lower_stiffness: Number) -> Any:
     """Time T_l = π √((M_u + M_l/3)/k_d) by which the secondary wave of two layers follows the primary one.
 
@@ -253,7 +152,7 @@ def secondary_delay(upper_mass: Number, lower_mass: Number, lower_stiffness: Num
     upper_mass, lower_mass : float or ndarray
         Masses M_u and M_l of the layers, kg; M_l may be zero.
     lower_stiffness : float or ndarray
-        k_d, N/m, as of `theory.layer_stiffness`.
+        k_d = E A/L of the lower layer, N/m.
 
     Returns
     -------

@@ -52,13 +52,6 @@ def test_bracket_of_given_samples(values: list[float], expected: tuple[float, fl
     np.testing.assert_equal(hl.critical_distance(curve(values)), found.value)
 
 
-def test_tolerance_relative_to_the_far_value() -> None:
-    ratio = curve([0.8, 0.6, 0.4, 0.4])
-    relative = hl.critical_distance(ratio, tolerance=0.25, relative=True)
-    assert relative == pytest.approx(hl.critical_distance(ratio, tolerance=0.1)) == pytest.approx(0.25)
-    assert np.isnan(hl.critical_distance(curve([0.3, 0.1, 0.01, NAN]), tolerance=0.25, relative=True))
-
-
 def test_critical_distance_over_other_dimensions() -> None:
     ratio = xr.concat([curve([1.0, 0.5, 0.5]), curve([0.9, NAN, NAN])], "plate")
     found = hl.critical_distance(ratio, tolerance=0.25, bracket=True)
@@ -77,7 +70,6 @@ def test_critical_distance_over_other_dimensions() -> None:
         ({"ratio": xr.DataArray(0.5)}, "three distances"),
         ({"tolerance": 0.0}, "tolerance = 0"),
         ({"tolerance": NAN}, "tolerance = nan"),
-        ({"relative": 1}, "relative = 1: must be True or False"),
         ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
     ],
 )
@@ -270,7 +262,6 @@ def test_bisection_where_the_spline_misleads() -> None:
         ({"tolerance": [0.02, -1.0]}, r"tolerance = -1\.0"),
         ({"bracket": 0.0}, r"bracket = 0\.0"),
         ({"bracket": 1e-9}, "bracket = 1e-09"),
-        ({"relative": "yes"}, "relative = 'yes': must be True or False"),
         ({"jobs": 0}, "jobs = 0"),
         ({"within": [1.0]}, "within is a name that every run uses"),
         ({"bead": [1.0]}, "bead is a name that every run uses"),

@@ -185,7 +185,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ],
         (lambda: hl.theory.hertz_stiffness(FLAT, FLAT), "curvature"),
         (lambda: hl.theory.hertz_pressure(LYING.surface, FLAT, 1.0), "touch along a line"),
-        (lambda: hl.theory.primary_amplitude_ratio(0.5 + 0j), "restitution = .*: must be a number or an array"),
+        (lambda: hl.theory.layer_restitution(0.5 + 0j, 1.0), "mass = .*: must be a number or an array"),
     ],
 )
 def test_bad_calls(call: Callable[[], object], message: str) -> None:

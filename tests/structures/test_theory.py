@@ -23,7 +23,7 @@ UPPER = STEEL.density * AREA * 6.35e-3
 UPPERS = STEEL.density * AREA * np.array([6.35e-3, 101.6e-3])
 LOWER_LENGTHS = np.array([9.52e-3, 25.4e-3, 152.4e-3])
 LOWERS = PTFE.density * AREA * LOWER_LENGTHS
-SPRINGS = theory.axial_stiffness(PTFE.youngs_modulus, AREA, LOWER_LENGTHS)
+SPRINGS = PTFE.youngs_modulus * AREA / LOWER_LENGTHS
 POSITIVE = st.floats(1e-3, 1e3)
 
 
@@ -46,12 +46,6 @@ def layered_flights(lower: float = 0.0) -> np.ndarray:
     return primary + theory.secondary_delay(UPPERS, lower, SPRINGS[1])
 
 
-def reach(density: float) -> float:
-    """Characteristic length for a bead of a density."""
-    mass = hl.Sphere(4.76e-3, hl.Material(200e9, 0.28, density)).mass
-    return theory.characteristic_length(STEEL.bar_speed, theory.contact_time(mass, wall(STEEL), STRIKER_SPEED))
-
-
 UNIT = (M**2 / (K**2 * STRIKER_SPEED)) ** 0.2
 ROWS = {
     "coeff_6_17": (theory.BEAD_TRANSIT, 1.180, 5e-4),
@@ -62,11 +56,7 @@ ROWS = {
     ),
     "eq_6_20, steel": (flight(STEEL), 0.473e-3, 5e-7),
     "eq_6_20, ptfe": (flight(PTFE), 0.632e-3, 5e-7),
-    "E_critical_ratio": (theory.critical_modulus(STEEL) / STEEL.youngs_modulus, 0.5469, 5e-5),
-    "E_critical_text": (theory.critical_modulus(STEEL), 109.4e9, 5e7),
-    "characteristic_length, rho7800": (reach(7800.0), 100.2e-3, 5e-5),
-    "characteristic_length, mass_rho8000": (reach(8000.0), 101.2e-3, 5e-5),
-    "eq_6_26_6_24": (theory.amplitude_ratio(returned()), [0.542, 0.963], 5e-4),
+    "eq_6_26_6_24": (returned() ** 1.2, [0.542, 0.963], 5e-4),
     "eq_6_29, reduction": (1.0 - flight(STEEL, returned()[1]) / flight(STEEL, returned()[0]), 0.044, 5e-4),
     "eq_6_29": (flight(STEEL, returned()[0]), 0.496e-3, 5e-7),
     "eq_6_34": (layered_flights(), [0.587e-3, 0.835e-3], 1e-6),
@@ -100,15 +90,6 @@ def test_contact_time_solves_6_6(mass: float, stiffness: float, speed: float) ->
     assert theory.contact_time(mass, stiffness, speed) == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("nu", [None, -0.3, 0.0, 0.28, 0.46])
-@pytest.mark.parametrize("material", [STEEL, PTFE], ids=["steel", "ptfe"])
-def test_at_the_critical_modulus_bead_and_wall_are_as_stiff(material: hl.Material, nu: float | None) -> None:
-    modulus = theory.critical_modulus(material, nu)
-    bead = hl.Surface(material, 1.0 / 4.76e-3)
-    half_space = hl.Surface(hl.Material(modulus, material.poisson_ratio if nu is None else nu, 1000.0))
-    assert hl.theory.hertz_stiffness(bead, half_space) == pytest.approx(hl.theory.hertz_stiffness(bead, bead))
-
-
 def half_period(ratio: float) -> float:
     """Of a rod, fixed at its base, with a mass at its end; M_l/M_u = ratio, in units of L/c: α tan α = M_l/M_u."""
     return float(pi / brentq(lambda x: x * np.sin(x) - ratio * np.cos(x), 0.0, pi / 2.0, xtol=1e-15))
@@ -128,11 +109,8 @@ ARRAYS: dict[str, Callable[..., object]] = {
     "mass": lambda x: theory.contact_time(x, K, 0.4),
     "stiffness": lambda x: theory.contact_time(M, x, 0.4),
     "wall_stiffness": lambda x: theory.time_of_flight(13, M, K, x, 0.4),
-    "restitution": lambda x: theory.amplitude_ratio(x),
-    "bar_speed": lambda x: theory.characteristic_length(x, 4e-5),
-    "contact_time": lambda x: theory.characteristic_length(5e3, x),
+    "restitution": lambda x: theory.time_of_flight(13, M, K, K, 0.4, x),
     "upper_mass": lambda x: theory.restitution(1e-4, x),
-    "length": lambda x: theory.axial_stiffness(1e9, 1e-4, x),
     "lower_mass": lambda x: theory.secondary_delay(1.0, x, 1.0),
     "lower_stiffness": lambda x: theory.secondary_delay(1.0, 1.0, x),
 }
