@@ -8,7 +8,7 @@ import xarray as xr
 
 from coupling.black_box import Condensed, Scheme
 from coupling.engine import fill, is_compiled
-from coupling.interface import ContactPoint, Facing, Interface, facing_of_each, suited
+from coupling.interface import Facing, Interface, changed, facing_of_each
 from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset
 from coupling.recording.frames import Frames, kept_at
@@ -63,7 +63,6 @@ class CoSimulation:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
     >>> simulation = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C))
@@ -101,8 +100,8 @@ class CoSimulation:
         self.interface = Interface(chains, facing, back, dt, self.accuracy.steps)
         self._shorter = times_shorter(self.interface.contact_time)
         if self._shorter > 1:
-            ends = suited(facing, self._shorter), suited(back, self._shorter)
-            self.interface = Interface(chains, *ends, dt, self.accuracy.steps)
+            near, far = (changed(one, self._suited) for one in (facing, back))
+            self.interface = Interface(chains, near, far, dt, self.accuracy.steps)
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         if isinstance(self.scheme, Condensed) and (boxes := self.interface.black_boxes):
             raise ValueError(
@@ -235,18 +234,17 @@ class CoSimulation:
                         with finer(shorter=self._shorter):
                             bodies[id(body.structure)] = MovingStructure(reduce_structure(body.structure, until))
 
-            def smaller(facing: Any) -> Any:
-                facing = suited(facing, self._shorter)
-                if isinstance(facing, list):
-                    return [smaller(one) for one in facing]
-                if isinstance(facing, ContactPoint):
-                    return ContactPoint(smaller(facing.structure), facing.number)
-                struck = facing if isinstance(facing, Structure) else getattr(facing, "structure", None)
-                return bodies.get(id(struck), facing)
+            def smaller(body: Any) -> Any:
+                body = self._suited(body)
+                return bodies.get(id(body if isinstance(body, Structure) else getattr(body, "structure", None)), body)
 
-            made = self.replace(**{name: smaller(self._given[name]) for name in ("structure", "behind")})
+            made = self.replace(**{name: changed(self._given[name], smaller) for name in ("structure", "behind")})
             self._reduced = made._reduced = until, fineness(), made
         return self._reduced[2]
+
+    def _suited(self, body: Any) -> Any:
+        """Return a body with the default mesh and reduction for contacts that are so short."""
+        return body.for_contacts(self._shorter) if isinstance(body, Structure) else body
 
     def describe(self) -> dict[str, Any]:
         """Return the full input as plain data."""

@@ -1,7 +1,7 @@
 """What does a run: the compiled loop, with windows that fail or are too long; the loop in Python for all else."""
 
-from collections.abc import Sequence
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numba import NumbaError
@@ -14,38 +14,29 @@ from coupling.kernels.newton import Contacts
 from coupling.kernels.records import CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run, Search, Trial
 from coupling.plan import Adaptive, Plan
 from coupling.recording.frames import Frames
-from particles.joined import pace_of
+from particles.contacts import pace_of
 from particles.kernels.motion import MOVED, TRIED, WORK_ROWS
 from structures.kernels.linear import joined
 from structures.kernels.pieces import check_compiled
-from structures.structure import Vector
+from structures.moving import MovingStructure
+from structures.structure import Structure
 
 FINEST = 1024  # parts of the shortest contact below which an adaptive window is not halved for its error
 TAKEN_AS_ONE = 1.0 + 1e-9  # windows whose ratio is below this number are equal
 UNBROKEN = 3e7  # steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second
-MOST_WINDOWS = 64  # windows of structures that are kept at a time
+MOST_WINDOWS = 16  # windows of a structure that are kept at a time
+
+_WINDOWS = WeakKeyDictionary[Structure, dict[float, Any]]()
 
 
-class StructureWindows:
-    """Windows of structures that were asked for last: thousands of runs meet the same structure in equal windows."""
-
-    def __init__(self) -> None:
-        self._known: dict[Any, tuple[Sequence[Any], tuple[Any, Vector]]] = {}
-
-    def of(self, interface: Interface, length: float) -> tuple[Any, Vector]:
-        """Return the structures over a window, s, as a piece, and the displacement of each contact for 1 N of mean
-        force on each, K × K, m/N."""
-        structures, seats = interface.structures, interface.of_structure
-        key = (*(id(structure.structure) for structure in structures), *(seat.tobytes() for seat in seats), length)
-        if key not in self._known:
-            piece = joined([structure.window(length) for structure in structures], list(seats), interface.size)
-            with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
-                compliance = piece.contact @ piece.response[:, : piece.contact.shape[1]].T
-            for old in list(self._known)[: -MOST_WINDOWS or None]:
-                self._known.pop(old, None)
-            # With the structures: another object could get the number of one that is gone.
-            self._known[key] = [structure.structure for structure in structures], (piece, compliance)
-        return self._known[key][1]
+def window_of(body: MovingStructure, length: float) -> Any:
+    """Return a structure over a window, s, as a piece. Thousands of runs meet the same structure in equal windows."""
+    known = _WINDOWS.setdefault(body.structure, {})
+    if (piece := known.get(length)) is None:
+        if len(known) >= MOST_WINDOWS:
+            known.clear()
+        piece = known[length] = body.window(length)
+    return piece
 
 
 class Engine:
@@ -56,13 +47,7 @@ class Engine:
     """
 
     def __init__(
-        self,
-        interface: Interface,
-        scheme: Scheme,
-        plan: Plan,
-        recorder: Any,
-        window: float | Adaptive | None = None,
-        windows: StructureWindows | None = None,
+        self, interface: Interface, scheme: Scheme, plan: Plan, recorder: Any, window: float | Adaptive | None = None
     ) -> None:
         self.interface, self.plan, self.recorder = interface, plan, recorder
         self.adaptive = window.tolerance if isinstance(window, Adaptive) else None
@@ -73,7 +58,6 @@ class Engine:
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
         self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
         self.finest = interface.contact_time / FINEST
-        self.windows = windows or StructureWindows()
         self._lengths: dict[float, tuple[Any, Any]] = {}
         state, size = self.of_length(self.length)[0].response.shape[1], interface.size
         coordinates, chains = interface.coordinates, len(interface.chains)
@@ -123,14 +107,28 @@ class Engine:
 
     def adapt(self, run: Run, first: int, last: int) -> None:
         """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
+        assert self.before is not None
+        assert self.adaptive is not None
         if first == 0:
             self.save(run, 0)
-        halvings, error = 0, self._error(run) if first else 0.0
+        interface, halvings, error = self.interface, 0, self._error(run) if first else 0.0
         while self._is_too_long(run, halvings, error):
             halvings += 1
         done = first * 2**halvings
         while done < last * 2**halvings:
-            problem, done, error = self._adapted(run, done, last, halvings, error)
+            length, whole = self.length / 2**halvings, 2**halvings
+            finest = length <= self.finest
+            scale = interface.indentation_scale
+            adaptation = Adaptation(self.before, interface.static, scale, self.adaptive, finest, whole)
+            pieces = run, interface.model, *self.of_length(length), self.search, self.recorder, self.trial
+            problem, done, error = adapt(*pieces, adaptation, (done, last * whole, self.stride, length, error))
+            if problem == loop.NON_FINITE:
+                self._check_finite(done * length)
+            if problem == loop.NOT_CONVERGED and finest:
+                self.advance(run, 2 * done, 2 * (done + 1), halvings + 1)
+                problem, done, error = loop.OK, done + 1, self._error(run)
+                if done % (whole * self.stride) == 0:
+                    self.save(run, done // whole)
             if problem != loop.OK:
                 done, halvings = 2 * done, halvings + 1
             elif halvings and done % 2 == 0 and not self._is_too_long(run, halvings - 1, error):
@@ -149,30 +147,6 @@ class Engine:
             longest = 2.0 * last if error < GROWS_BELOW * (self.adaptive or 0.0) else last
         return bool(length > max(longest * TAKEN_AS_ONE, self.finest))
 
-    def _adapted(self, run: Run, done: int, last: int, halvings: int, error: float) -> tuple[int, int, float]:
-        """Move on by windows of one length; return how they ended, how many are behind the run, and the last error.
-
-        done: windows of this length behind the run. last: whole windows of the plan.
-        """
-        length, whole = self.length / 2**halvings, 2**halvings
-        structure, contacts = self.of_length(length)
-        assert self.before is not None
-        finest, interface = length <= self.finest, self.interface
-        adaptation = Adaptation(
-            self.before, interface.static, interface.indentation_scale, self.adaptive or 0.0, finest, whole
-        )
-        pieces = run, interface.model, structure, contacts, self.search, self.recorder, self.trial
-        windows = done, last * whole, self.stride, length, error
-        problem, done, error = adapt(*pieces, adaptation, windows)
-        if problem == loop.NON_FINITE:
-            self._check_finite(done * length)
-        if problem == loop.NOT_CONVERGED and finest:
-            self.advance(run, 2 * done, 2 * (done + 1), halvings + 1)
-            problem, done, error = loop.OK, done + 1, self._error(run)
-            if done % (whole * self.stride) == 0:
-                self.save(run, done // whole)
-        return problem, done, error
-
     def _check_finite(self, time: float) -> None:
         """Raise a FloatingPointError that names what the last trial made infinite."""
         trial = self.trial
@@ -190,31 +164,24 @@ class Engine:
     def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
-            structure, compliance = self.windows.of(self.interface, length)
-            steps = [chain.steps(length / self.joined) * self.joined for chain in self.interface.chains]
-            pace = pace_of(self.interface.model, steps, self.interface.coordinates)
-            contacts = Contacts(self.interface.static, compliance, pace, not compliance.any())
-            self._lengths[length] = structure, contacts
+            interface = self.interface
+            pieces = [window_of(body, length) for body in interface.structures]
+            structure = joined(pieces, list(interface.of_structure), interface.size)
+            with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
+                compliance = structure.contact @ structure.response[:, : structure.contact.shape[1]].T
+            steps = [chain.steps(length / self.joined) * self.joined for chain in interface.chains]
+            pace = pace_of(interface.model, steps, interface.coordinates)
+            self._lengths[length] = structure, Contacts(interface.static, compliance, pace, not compliance.any())
         return self._lengths[length]
 
 
-def fill(
-    frames: Frames,
-    interface: Interface,
-    scheme: Scheme,
-    window: float | Adaptive | None,
-    plan: Plan,
-    known: StructureWindows | None = None,
-) -> None:
-    """Run all windows, which fill the frames; known: windows that other runs have made.
-
-    Raises NotConverged, FloatingPointError and ValueError.
-    """
+def fill(frames: Frames, interface: Interface, scheme: Scheme, window: float | Adaptive | None, plan: Plan) -> None:
+    """Run all windows, which fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
     try:
         if not is_compiled(interface, scheme):
             run_windows(interface, scheme, frames, plan.length, plan.stride)
             return
-        engine = Engine(interface, scheme, plan, frames.saved, window, known)
+        engine = Engine(interface, scheme, plan, frames.saved, window)
         run, row, end = engine.start(), 0, plan.rows - 1
         effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
         rows = max(1, int(min(UNBROKEN / effort, plan.total)) // plan.stride)

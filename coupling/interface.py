@@ -1,6 +1,6 @@
 """Which chain faces what: the contacts of a co-simulation."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -8,8 +8,8 @@ import numpy as np
 from coupling.participant import CheckedParticipant, Participant
 from coupling.results.schema import FIRST, LAST, Contact
 from particles.chain import Chain
+from particles.contacts import coordinates, joined
 from particles.deformable.deformable_chain import moving_chain
-from particles.joined import coordinates, joined
 from particles.moving import ChainState, MovingChain
 from structures.checks import count_of
 from structures.described import described
@@ -35,7 +35,6 @@ class ContactPoint:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> edges = hl.Supports("clamped", "clamped", "clamped", "clamped")
     >>> plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, edges)
     >>> hl.ContactPoint(plate.at([0.05, 0.15], [0.07, 0.07]), 1).number
@@ -213,13 +212,13 @@ def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[An
     )
 
 
-def suited(facing: Any, times: int) -> Any:
-    """Return what an end faces, with the default mesh and reduction for contacts that are shorter by a factor."""
+def changed(facing: Any, change: Callable[[Any], Any]) -> Any:
+    """Return what an end faces, or what each of several does, with another body."""
     if isinstance(facing, list):
-        return [suited(one, times) for one in facing]
+        return [changed(one, change) for one in facing]
     if isinstance(facing, ContactPoint):
-        return ContactPoint(suited(facing.structure, times), facing.number)
-    return facing.for_contacts(times) if isinstance(facing, Structure) else facing
+        return ContactPoint(changed(facing.structure, change), facing.number)
+    return change(facing)
 
 
 def takes_part(where: str, facing: Any) -> None:

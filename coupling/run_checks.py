@@ -37,21 +37,19 @@ Found: TypeAlias = Iterator[tuple[int, str]]
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
     """Return the findings before a run: a record so long, or a loss so strong, that another unit may be meant."""
-    findings, once = dict[str, None](), _there_and_back(chains)
-    if until > LONG * max(once, _driven(chains)):
-        findings[
-            f"until = {until:g} s: is {until / once:.2g} times the {readable(once, 's', 4)} that a "
-            f"wave takes through the chain and back{_meant(chains, until)}"
-        ] = None
+    findings, (once, longest) = dict[str, None](), _usual_times(chains)
+    if until > LONG * longest:
+        times = f"{until / once:.2g} times the {readable(once, 's', 4)} that a wave takes through the chain and back"
+        findings[f"until = {until:g} s: is {times}{_meant(longest, until)}"] = None
     for chain in filter(_is_sudden, chains):
         name, in_contact = chain.strongest_loss
-        steps, ratio = until / chain.longest_step, chain.contact_time / chain.damping_time
+        steps, part = until / chain.longest_step, f"1/{chain.contact_time / chain.damping_time:.0f}"
         if in_contact:
-            words = f"1/{ratio:.0f} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
-            findings[f"{name}: would stop a contact in {words}; check its unit"] = None
+            words = f"a contact in {part} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
+            findings[f"{name}: would stop {words}; check its unit"] = None
         elif steps > MANY_STEPS:
-            words = f"1/{ratio:.0f} of a contact's time, so the run takes {steps:.2g} steps"
-            findings[f"{name}: would stop a vibration in {words}; check its unit, or take fewer modes"] = None
+            words = f"a vibration in {part} of a contact's time, so the run takes {steps:.2g} steps"
+            findings[f"{name}: would stop {words}; check its unit, or take fewer modes"] = None
     return list(findings)
 
 
@@ -64,24 +62,19 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
     step = chains[0].dt
     name = [*losses, f"until = {until!r}" if step is None else f"dt = {step!r}"][0]
     asked = f"give most_steps = {float(f'{1.1 * steps:.1e}'):g} if it is meant"
-    raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_meant(chains, until)}")
+    raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_meant(_usual_times(chains)[1], until)}")
 
 
-def _meant(chains: Sequence[MovingChain], until: float) -> str:
+def _usual_times(chains: Sequence[MovingChain]) -> tuple[float, float]:
+    """Return the time of a wave through the longest chain and back, s, or of a longer history that drives a chain."""
+    once = max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
+    return once, max(once, *(float(chain.chain.excitation.drive.history[0, -1]) for chain in chains))
+
+
+def _meant(longest: float, until: float) -> str:
     """Return the question whether a record that is far too long is in another unit; empty for another one."""
-    scale = max(_there_and_back(chains), _driven(chains))
-    meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
+    meant = [factor * until for factor in SHORTER if factor * until <= LONG * longest < until]
     return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
-
-
-def _there_and_back(chains: Sequence[MovingChain]) -> float:
-    """Return the time that a wave takes through the longest chain and back, s."""
-    return max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
-
-
-def _driven(chains: Sequence[MovingChain]) -> float:
-    """Return the length of the longest history that drives a chain, s."""
-    return float(max(chain.chain.excitation.drive.history[0, -1] for chain in chains))
 
 
 def _is_sudden(chain: MovingChain) -> bool:
@@ -123,25 +116,17 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
 def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
     """Return the findings on a chain that another program ran: contact forces, N, and work on the surface, J."""
     peaks = contact_force.max(axis=0)
-    deepest, force = (
-        chain.approach(peaks),
-        {contact: contact_force[None, :, contact] for contact in checked_contacts(chain)},
-    )
+    deepest, force = chain.approach(peaks), {k: contact_force[None, :, k] for k in checked_contacts(chain)}
     laws, deep = chain.cautions(deepest)
-    findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
+    findings = [*check_before([chain], float(times[-1])), *laws, *deep]
+    if (back := -float(work.min())) > LARGE * chain.energy:
+        findings.append(
+            f"energy: the structure gave back more than it was given, by {100.0 * back / chain.energy:.2g} % of the "
+            "impact energy; check the units of its displacement and force, and its time stepping"
+        )
     motion = Motion(force, peaks[None], deepest[None])
     after = joined(_of_record([chain], motion, times, "mid chain"), yields([[chain]], [motion]))
     return findings + [words for _, words in after]
-
-
-def _of_passivity(work: Vector, scale: float) -> list[str]:
-    """Return a finding if a structure gave back more work, J, than it was given: then it creates energy. scale, J."""
-    if not work.min() < -LARGE * scale:
-        return []
-    return [
-        f"energy: the structure gave back more than it was given, by {-100.0 * work.min() / scale:.2g} % of the impact "
-        "energy; check the units of its displacement and force, and its time stepping"
-    ]
 
 
 def _of_energy(interfaces: Sequence[Interface], frames: Sequence[Frames]) -> Found:

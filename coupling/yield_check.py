@@ -44,7 +44,7 @@ def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -
         number = int(greatest[:, run].argmax())
         chain, contact, ratio = chains[number][run], int(ratios[number][run].argmax()), float(greatest[number, run])
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-        weaker: Material = chain.once(f"weaker {contact}", partial(min, _materials(chain, contact), key=yield_pressure))
+        weaker: Material = min(_materials(chain, contact), key=yield_pressure)
         power = chain.once("pressures", partial(_pressures, chain))[1][contact]
         if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
             cure = f"its dent is left out; {CURE}"

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.engine import StructureWindows, fill, is_compiled
+from coupling.engine import fill, is_compiled
 from coupling.interface import Interface
 from coupling.plan import Adaptive, Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
@@ -243,7 +243,7 @@ class Records:
         self.velocity = np.full((self.count, rows, len(kept.bodies)), np.nan)
         self.static = np.full((self.count, len(kept.contacts)), np.nan)
         self.centre = np.full((self.count, len(kept.bodies)), np.nan)
-        self.energy, self.yields, self.windows = np.full(self.count, np.nan), False, StructureWindows()
+        self.energy, self.yields = np.full(self.count, np.nan), False
         self.failures: list[Failure | None] = [None] * self.count
         self._checks, self._said = [list[str]() for _ in range(self.count)], [list[str]() for _ in range(self.count)]
 
@@ -305,7 +305,7 @@ class Records:
         return (
             interface,
             frames,
-            partial(fill, frames, interface, simulation.scheme, simulation.window, plan, self.windows),
+            partial(fill, frames, interface, simulation.scheme, simulation.window, plan),
         )
 
     def _check(self, runs: list[int], interfaces: Sequence[Interface], frames: Sequence[Frames]) -> None:
