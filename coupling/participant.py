@@ -27,7 +27,6 @@ class Participant(Protocol):
     --------
     A mass of 14 g on a spring, moved exactly over a window with a constant force:
 
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> class SpringMass:
     ...     surface = hl.Surface(hl.PTFE)

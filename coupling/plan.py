@@ -59,7 +59,6 @@ class Adaptive:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
     >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)

@@ -1,19 +1,28 @@
-"""The contacts of a chain: the two bodies of each, its law, and the tables that the compiled loops take for it."""
+"""The contacts of chains, and all chains of a run as the compiled loops take them: one after the other, in arrays."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from math import inf
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from particles.bead import Bead
+from particles.dissipation import kernel_losses
+from particles.kernels.drives import FREE, MOVED, Driven, Free
 from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
+from particles.kernels.losses import NoLoss
+from particles.kernels.motion import ENDS, PACE, Chains, DampedVerlet, Verlet
+from particles.kernels.vibrations import Rigid, Vibrating
 from particles.laws.axisymmetric import ComputedLaw, force_by_formula
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, filled
 from particles.laws.yielding import YieldingContact
 from structures.structure import Vector
 from structures.surface import Surface
 from structures.units import readable
+
+if TYPE_CHECKING:
+    from particles.moving import MovingChain
 
 T = TypeVar("T")
 Pair = tuple[Bead, Bead | Surface]
@@ -43,7 +52,7 @@ def kernel_laws(laws: Laws) -> Any:
     """Return the contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
     others = [None if law is None or law.piece is not None else law for law in laws]
     stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
-    joined: Any = Hertz(stiffness)
+    whole: Any = Hertz(stiffness)
 
     # Equal laws have one table, and some that differ share theirs; those with Hertz's shape have none.
     table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
@@ -52,13 +61,13 @@ def kernel_laws(laws: Laws) -> Any:
         starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
         first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
         tabulated = Tabulated(stiffness, first, np.concatenate(tables))
-        joined = tabulated if (first >= 0).all() else Mixed(tabulated, joined, first >= 0)  # type: ignore[arg-type]
+        whole = tabulated if (first >= 0).all() else Mixed(tabulated, whole, first >= 0)  # type: ignore[arg-type]
 
     for piece in dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None):
         chosen = [law if law is not None and law.piece is piece else None for law in laws]
         where = np.array([law is not None for law in chosen])
-        joined = filled(piece, chosen) if where.all() else Mixed(filled(piece, chosen), joined, where)
-    return joined
+        whole = filled(piece, chosen) if where.all() else Mixed(filled(piece, chosen), whole, where)
+    return whole
 
 
 def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
@@ -118,3 +127,139 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
                 "give a law that is smooth, at least over a thirtieth of its approach"
             )
     return list(remarks), beyond
+
+
+def joined(chains: Sequence["MovingChain"]) -> Chains:
+    """Return chains as the compiled loops take them; surfaces count by chain, the last bead's before the first's."""
+    mass = np.concatenate([chain.mass for chain in chains])
+    first = np.cumsum([0, *(chain.mass.size for chain in chains)])
+    present = np.concatenate([[law is not None for law in chain.laws] for chain in chains])
+    free = np.isfinite(mass)
+    along = np.concatenate([np.full(chain.mass.size, chain.chain.gravity_along) for chain in chains])
+
+    # What the ends face.
+    has_behind = np.array([chain.behind is not None for chain in chains])
+    facing = np.cumsum(1 + has_behind) - 1 - has_behind
+    wall, spring = np.full(mass.size, -1), np.zeros(mass.size)
+    wall[first[1:] - 1] = facing
+    spring[first[:-1]] = [chain.behind_flexibility for chain in chains]
+    spring[first[1:] - 1] = [chain.flexibility for chain in chains]
+    ends = np.zeros(len(chains), ENDS)
+    ends["striker"], ends["last"], ends["behind"] = first[:-1], first[1:] - 1, np.where(has_behind, facing + 1, -1)
+    ends["rest"] = [float(chain.rest[0]) for chain in chains]
+    ends["quiet"] = [not chain.rest[: chain.mass.size].any() for chain in chains]
+    ends["touched"], ends["faces"] = present[first[:-1]], present[first[1:] - 1]
+
+    # The pieces.
+    losses = [(chain.chain.dissipation, chain.reduced_mass) for chain in chains]
+    vibrations = _vibrations(chains, [slice(*ends) for ends in pairwise(first.tolist())])
+    modes = 0 if vibrations is None else vibrations.struck.shape[1]
+    on_bodies = any(loss is not None and loss.piece == "bodies" for loss, _ in losses)
+    return Chains(
+        DampedVerlet() if modes or on_bodies else Verlet(),
+        _law(chains),
+        kernel_losses(losses, present, free),
+        _drive(chains),
+        Rigid() if vibrations is None else vibrations,
+        1.0 / mass,
+        np.where(free, along, 0.0),
+        wall,
+        spring,
+        ends,
+        modes,
+        1 if vibrations is None else 3 if vibrations.arm.size else 2,
+    )
+
+
+def _law(chains: Sequence["MovingChain"]) -> Any:
+    """Return the laws of all contacts as a piece; the memory of contacts that yield lies in the coordinates."""
+    laws = [law for chain in chains for law in chain.local_laws]
+    yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
+    if not yields.any():
+        return kernel_laws(laws)
+    yielding = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
+    own = kernel_yielding(yielding, np.concatenate([chain.stiffness for chain in chains]))
+    if yields.all():
+        return own
+    others = kernel_laws([None if does else law for does, law in zip(yields, laws, strict=True)])
+    return Mixed(own, others, yields)
+
+
+def _drive(chains: Sequence["MovingChain"]) -> Any:
+    """Return what drives the chains as a piece."""
+    drives = [chain.chain.excitation.drive for chain in chains]
+    loads = np.array([chain.dead_load for chain in chains])
+    if not loads.any() and all(drive.kind == FREE and drive.spring == 0.0 for drive in drives):
+        return Free()
+    rest = np.array([float(chain.rest[0]) for chain in chains])
+    kinds = np.array([drive.kind for drive in drives])
+    histories = [np.array(drive.history, dtype=float) for drive in drives]
+    for history, place in zip(histories, rest * (kinds == MOVED), strict=True):
+        history[1] += place
+    return Driven(
+        kinds,
+        np.cumsum([0, *(history.shape[1] for history in histories)]),
+        np.concatenate(histories, axis=1),
+        loads,
+        np.array([float(drive.spring) for drive in drives]),
+        rest + [drive.left for drive in drives],
+    )
+
+
+def _vibrations(chains: Sequence["MovingChain"], places: Sequence[slice]) -> Vibrating | None:
+    """Return the vibrations of all bodies; None where all are rigid. Modes that a body does not have rest."""
+    known = [(place, one) for place, chain in zip(places, chains, strict=True) if (one := chain.vibrating) is not None]
+    if not known:
+        return None
+    bodies, widest = places[-1].stop, max(one.struck.shape[1] for _, one in known)
+    cross, stacked = np.zeros(bodies), {}
+    for place, one in known:
+        cross[place] = one.cross
+    for name in ("stiffness", "struck", "far", "rate", "arm", "relaxation"):
+        given = [(place, getattr(one, name)) for place, one in known if getattr(one, name).size]
+        stacked[name] = np.zeros((bodies, widest if given else 0))
+        for place, array in given:
+            stacked[name][place, : array.shape[1]] = array
+    return Vibrating(cross=cross, **stacked)
+
+
+def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
+    """Return the steps of each chain in a window, and how far the motion of its surface reaches, as records PACE.
+
+    With velocity Verlet neighbours act on each other, so a step passes on the motion of the surface by one body. All
+    trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks; its
+    velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that all
+    are moved again; so are those of a chain with a structure behind. A drive moves the first two bodies together.
+    """
+    pace = np.zeros(len(steps), PACE)
+    pace["steps"], pace["reached"] = steps, model.ends["striker"]
+    if isinstance(model.stepper, Verlet) and coordinates == model.inverse_mass.size:
+        first = model.ends["last"] + 1 - pace["steps"] - (not isinstance(model.loss, NoLoss))
+        least = model.ends["striker"] + (1 if isinstance(model.drive, Free) else 2)
+        part = (first >= least) & (model.ends["behind"] < 0)
+        pace["reached"] = np.where(part, first, model.ends["striker"])
+    return pace
+
+
+def coordinates(chains: Sequence["MovingChain"], model: Chains) -> tuple[list[Any], int]:
+    """Return where each chain's own coordinates, see ChainState, are among those of all, and the number of all.
+
+    Those of all are the bodies of all chains, then their modes, then their arms, then what contacts remember.
+    """
+    bodies, modes, remembers = model.inverse_mass.size, model.modes, any(chain.yielding for chain in chains)
+    moving = bodies * (1 + modes * (model.parts - 1))
+    total = moving + 3 * bodies * remembers
+    if len(chains) == 1:
+        return [slice(None)], total
+    places: list[Any] = []
+    for chain, begin in zip(chains, model.ends["striker"].tolist(), strict=True):
+        own = np.arange(begin, begin + chain.mass.size)
+        place = [own]
+        if chain.yielding:
+            place += [moving + part * bodies + own for part in range(3)]
+        elif (vibrating := chain.vibrating) is not None:
+            of_body = own[:, None] * modes + np.arange(vibrating.struck.shape[1])
+            for part in range(1 if vibrating.arm.size == 0 else 2):
+                place.append((bodies * (1 + part * modes) + of_body).ravel())
+        places.append(np.concatenate(place))
+    return places, total

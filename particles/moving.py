@@ -13,7 +13,7 @@ from scipy.special import gamma
 from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain, reduced_masses
-from particles.joined import joined, pace_of
+from particles.contacts import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED
 from particles.kernels.losses import NoLoss

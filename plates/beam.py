@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from plates.elements.hermite import Beam, Hermite
-from plates.shapes.grading import graded
+from plates.shapes.shape import graded
 from structures.caution import caution
 from structures.checks import one_of
 from structures.described import described

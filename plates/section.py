@@ -55,7 +55,6 @@ class Section:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> from plates.section import homogeneous_section
     >>> homogeneous_section(2e-3, hl.ALUMINIUM_6061)
     <Section: 2 mm, D11 = 51.55 N m, D22 = 51.55 N m, 5.386 kg/m²; aluminium 6061 is struck>
@@ -105,7 +104,6 @@ def homogeneous_section(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> from plates.section import homogeneous_section
     >>> round(homogeneous_section(2.29e-3, hl.ALUMINIUM_6061).mass, 2)
     6.17

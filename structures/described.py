@@ -141,7 +141,6 @@ def described(target: Thing) -> Thing:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> @hl.described
     ... def block(side: hl.Length, material: hl.Material) -> hl.Structure:
     ...     mass = material.density * side**3

@@ -35,7 +35,6 @@ class Quantity:
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.quantities.Quantity("m", "a length", "2 mm").check("length", 3)
     3.0
     """

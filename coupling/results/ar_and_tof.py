@@ -2,8 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from typing import Any
-from weakref import ref
 
 import numpy as np
 import xarray as xr
@@ -29,9 +27,6 @@ WAVES = ("primary", "secondary", "third")
 UNCERTAINTY, NUMERICAL_ERROR = "uncertainty", "numerical_error"
 
 _MARGINS = ("amplitude_ratio", "time_of_flight")
-
-# The waves that were found last and what they were found in, while that Dataset is in use.
-_found_last = list[tuple[ref[xr.Dataset], tuple[Any, ...], Waves]]()
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, earliest: float = 0.0) -> Reflections:
@@ -237,7 +232,7 @@ def _peaks(
     time, most = reading.time, 1 + max(places)
     if not reading.is_signal:
         traces, template = traces_of(reading, sensor, name)
-        waves = _found(reading, traces, smallest, most)
+        waves = find_waves(time, traces, smallest, most)
         return np.stack([waves.amplitude, waves.arrival], axis=-1), waves, template
     signals = reading.measured(sensor, name).transpose(..., "time")
     rows = signals.values.reshape(-1, time.size)
@@ -248,17 +243,6 @@ def _peaks(
         for k, peak in enumerate(found[:most]):
             own[k] = peak
     return peaks, None, signals.isel(time=0).reset_coords(drop=True) if signals.ndim > 1 else None
-
-
-def _found(reading: Reading, traces: Traces, smallest: float, most: int) -> Waves:
-    """Return the first waves of all runs. Who asks for AR mostly asks for TOF next, so the last ones are kept."""
-    shown: tuple[Any, ...] = (reading.time.copy(), *traces, smallest, most)
-    for _, before, waves in _found_last:
-        if all(np.array_equal(old, new) for old, new in zip(before, shown, strict=True)):
-            return waves
-    waves = find_waves(reading.time, traces, smallest, most)
-    _found_last[:] = [(ref(reading.data, lambda _: _found_last.clear()), shown, waves)]
-    return waves
 
 
 def traces_of(reading: Reading, sensor: int, name: str = "sensor") -> tuple[Traces, xr.DataArray | None]:

@@ -13,7 +13,7 @@ from structures.units import readable
 RECORD = "the record "  # With these words a reason begins that a longer record removes.
 PUSH = 3.0  # Hops that a push on a structure lasts, until it is known.
 TAIL = 0.01  # A push on the structure ends where it falls below this part of its greatest force.
-UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")  # What `until_of` returns; its group is the time in words.
+UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")  # The cure in these sentences; its group is the time in words.
 
 
 def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
@@ -77,19 +77,19 @@ def rounded_up(value: float) -> float:
     return float(f"{ceil(value / step * (1.0 - 1e-9)) * step:.2g}")
 
 
-def until_of(seconds: float) -> str:
-    """Return what to give for `until`, s, rounded up to two digits, and the same in words."""
-    value = rounded_up(seconds)
-    return f"until = {value:g} ({readable(value, 's', 4)})"
-
-
 def short_record(ends: float, needed: float, where: str) -> str:
     """Return the sentence for a record that ends at `ends` instead of `needed`, before a wave can be back, s."""
-    early = f"before a reflected wave can be back at {where}; {until_of(needed)} would hold it"
-    return f"{RECORD}ends at {readable(ends, 's', 4)}, {early}"
+    return f"{RECORD}ends at {readable(ends, 's', 4)}, before a reflected wave can be back at {where}; {_cure(needed)}"
 
 
 def cut_record(ends: float, where: str, needed: float = nan) -> str:
     """Return the sentence for a record that ends within a wave; needed: NaN for a signal."""
-    cure = f"{until_of(needed)} would hold it" if isfinite(needed) else "record longer"
-    return f"{RECORD}ends at {readable(ends, 's', 4)}, within a wave that comes back to {where}; {cure}"
+    within = f"within a wave that comes back to {where}"
+    return (
+        f"{RECORD}ends at {readable(ends, 's', 4)}, {within}; {_cure(needed) if isfinite(needed) else 'record longer'}"
+    )
+
+
+def _cure(needed: float) -> str:
+    value = rounded_up(needed)
+    return f"until = {value:g} ({readable(value, 's', 4)}) would hold it"

@@ -6,16 +6,15 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from itertools import groupby, zip_longest
+from itertools import groupby
 from typing import Any
 
-from structures.checks import LONGEST_VALUE_TEXT, count_of
+from structures.checks import count_of, short
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
 MOST_BEADS = 1_000_000  # Of a chain in a file.
 DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")  # What stands for long lists of numbers.
-BEFORE = 15  # Letters that a message shows before the first difference of two long texts.
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
@@ -91,14 +90,7 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
     elif first != second and DIGEST.fullmatch(str(first)):
         yield f"{name} not the same, of which only a checksum is stored"
     elif first != second:
-        texts = [repr(first), repr(second)]
-        if sum(map(len, texts)) > LONGEST_VALUE_TEXT:
-            # Of long texts the part where they begin to differ.
-            apart = next(k for k, (left, right) in enumerate(zip_longest(*texts)) if left != right)
-            start = max(0, apart - BEFORE)
-            end = start + LONGEST_VALUE_TEXT // 2
-            texts = [f"{'…' * (start > 0)}{text[start:end]}{'…' * (len(text) > end)}" for text in texts]
-        yield f"{name} = {texts[0]} there and {texts[1]} here"
+        yield f"{name} = {short(first)} there and {short(second)} here"
 
 
 def version_of(package: str) -> str:

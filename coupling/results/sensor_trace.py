@@ -1,14 +1,15 @@
-"""What a sensor's trace holds: noise, resolution, the quiet lead, clipped samples, and pulses in the smoothed trace."""
+"""What a sensor's trace holds, in SI units: noise, resolution, the quiet lead, clipped samples, and its pulses."""
 
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from coupling.results.user_arrays import in_si_units
 from structures.checks import count_of
 from structures.structure import Vector
+from structures.units import factor
 
 FEWEST_SAMPLES = 16  # A trace with fewer samples holds no pulse that could be measured.
 # A trace is first smoothed until its noise is this part of its range: then half heights are crossed once.
@@ -78,11 +79,10 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     """
     noise, span = noise_level(values), float(np.ptp(values))
     rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
-    peaks, rises = _peaks_above(float(rough.min()) + 0.999 * LARGE * span, rough)  # no large pulse has a lower top
-    if not (rises >= LARGE * span).any():
-        peaks, rises = _peaks_above(-np.inf, rough)
+    peaks = scipy.signal.find_peaks(rough)[0]
     if not peaks.size:
         return values, noise, 0.0
+    rises = scipy.signal.peak_prominences(rough, peaks)[0]
     large = rises >= min(LARGE * span, rises.max())
     width = float(scipy.signal.peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
     # As in `_sigma`; the 1 holds where the Gaussian is so narrow that it changes nothing.
@@ -131,18 +131,6 @@ def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, nois
     return clipped, texts
 
 
-def _peaks_above(level: float, values: Vector) -> tuple[NDArray[np.intp], Vector]:
-    """Return the peaks of a trace above a level, and by how much each rises from its valleys.
-
-    Of samples below the level that follow each other only the least counts: noise has too many to look at each.
-    """
-    peaks = scipy.signal.find_peaks(values, height=level)[0]
-    high = values >= level
-    begins = np.flatnonzero(np.append(True, high[1:] | high[:-1]))
-    least = np.minimum.reduceat(values, begins)
-    return peaks, scipy.signal.peak_prominences(least, np.searchsorted(begins, peaks))[0]
-
-
 def _sigma(noise: float, target: float, samples: int) -> float:
     """Return the standard deviation of the Gaussian that reduces white noise to a target, in samples.
 
@@ -161,3 +149,40 @@ def _blurred(values: Vector, sigma: float) -> Vector:
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     padded = np.pad(values, reach, mode="symmetric")
     return np.asarray(scipy.signal.fftconvolve(padded, weights / weights.sum(), mode="valid"))
+
+
+def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
+    """Return `values` as an array of floats in an SI unit; of a DataArray, Series, pint quantity, or moments, too."""
+    array: Any = values
+    stated = ""
+    if hasattr(array, "attrs") and hasattr(array, "values"):  # a DataArray, or a Series of pandas
+        inner = getattr(array, "data", None)
+        stated = str(array.attrs.get("units", ""))
+        array = inner if hasattr(inner, "magnitude") else array.values
+    if hasattr(array, "magnitude") and hasattr(array, "units"):  # a quantity of pint
+        array, stated = array.magnitude, f"{array.units}"
+    if np.ma.is_masked(array):
+        place = tuple(int(index[0]) for index in np.nonzero(np.ma.getmaskarray(array)))
+        raise ValueError(f"{name}[{', '.join(map(str, place))}] is masked: must be a finite number")
+    is_time = unit == "s" and getattr(array, "dtype", np.dtype(float)).kind in "mM"
+    try:
+        plain = np.asarray(_seconds(name, array) if is_time else array)
+        if plain.dtype.kind not in "iufO":
+            raise TypeError(f"it holds {plain.dtype}")
+        numbers = plain.astype(float)
+    except (TypeError, OverflowError, ValueError) as error:
+        raise ValueError(f"{name}: must be an array of real numbers, in {unit} ({error})") from None
+    try:
+        return numbers * float(factor(stated, unit)) if stated else numbers
+    except ValueError as error:
+        raise ValueError(f"{name}: is in {stated!r}, must be in {unit} ({error})") from None
+
+
+def _seconds(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the moments and durations of numpy in seconds."""
+    if np.isnat(array).any():
+        raise ValueError(f"{name}[{int(np.flatnonzero(np.isnat(array))[0])}] is NaT")
+    spans = array - array.flat[0] if array.dtype.kind == "M" and array.size else array
+    if np.datetime_data(spans.dtype)[0] in ("generic", "Y", "M"):
+        raise ValueError(f"{array.dtype} has no units of a week or less")
+    return np.asarray(spans / np.timedelta64(1, "s"), dtype=float)

@@ -1,6 +1,6 @@
 """The waves of a measured signal, which shows no directions, and what may mislead in it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -148,10 +148,10 @@ def doubts_of_signal(
 
     peaks: its waves, the incident one first. arrivals: of the incident wave at all sensors, s.
     """
-    smooth, left, width = smoothed(force)
-    pulse, noise, zero = PULSE * width * (time[1] - time[0]), noise_level(force), float(np.median(force))
-    said = list[str]()
-    clipped, _ = clipped_samples(time, force, zero, resolution(force), noise)
+    trace = smoothed(force)
+    smooth, _, width = trace
+    said, zero = list[str](), float(np.median(force))
+    clipped, _ = clipped_samples(time, force, zero, resolution(force), noise_level(force))
     if clipped.any():
         said.append(
             f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} clipped at {force[clipped].max():.4g} N, so "
@@ -167,7 +167,7 @@ def doubts_of_signal(
             "it; begin the record before the first wave"
         )
     elif peaks:
-        said += _doubts_of_waves(time, force, peaks, (smooth, left, pulse, noise, zero))
+        said += [*_doubts_of_waves(peaks), *_doubts_of_zero(time, force, peaks, trace)]
     swapped = [
         f"sensors {first} and {second}: the incident wave reaches bead {second} {readable(before - after, 's', 3)} "
         f"before bead {first}, which is nearer to the striker; are their columns or channels swapped?"
@@ -177,32 +177,31 @@ def doubts_of_signal(
     return [*(f"sensor {sensor}: {text}" for text in said), *swapped]
 
 
-def _doubts_of_waves(
-    time: Vector, force: Vector, peaks: Sequence[Peak], trace: tuple[Vector, float, float, float, float]
-) -> list[str]:
-    """Return what misleads in the waves of a signal and in its zero.
-
-    trace: the smoothed force and the noise left on it, the length of a pulse, s, the noise, and the zero.
-    """
-    smooth, left, pulse, noise, zero = trace
+def _doubts_of_waves(peaks: Sequence[Peak]) -> Iterator[str]:
+    """Yield what misleads in the heights of the waves of a signal."""
     (top, arrival), later = peaks[0], peaks[1:]
-    last, (greatest, at_greatest) = peaks[min(1, len(later))][1], max(peaks)
-    said = list[str]()
+    greatest, at_greatest = max(peaks)
     if greatest > MOST * top:
-        said.append(
+        yield (
             f"the first wave, {top:.3g} N, is much weaker than the one at {readable(at_greatest, 's', 4)}, "
             f"{greatest:.3g} N; no wave comes back stronger than it went, so look at the signal: hum may be read as a "
             "wave, or a heavy striker sends several"
         )
     if later and max(later)[0] > TAIL * later[0][0]:
         (first, came), (strong, then) = later[0], max(later)
-        said.append(
+        yield (
             f"the first wave after the incident one, AR = {first / top:.3g} after {readable(came - arrival, 's', 4)}, "
             f"is weaker than a later one, AR = {strong / top:.3g} after {readable(then - arrival, 's', 4)}; in a "
             "compressed chain it may be the tail of the incident wave, which reflections(..., earliest=...) leaves out"
         )
 
-    # The zero before the first wave, and between the waves.
+
+def _doubts_of_zero(
+    time: Vector, force: Vector, peaks: Sequence[Peak], trace: tuple[Vector, float, float]
+) -> Iterator[str]:
+    """Yield what misleads in the zero before the first wave, and between the waves; trace: of `smoothed`."""
+    (smooth, left, width), (top, arrival), last = trace, peaks[0], peaks[min(1, len(peaks) - 1)][1]
+    zero, noise = float(np.median(force)), noise_level(force)
     before = time[(time < arrival) & (smooth - zero < 0.5 * (top - zero))]
     lead = time < arrival - RISE * (arrival - before.max(initial=time[0]))
     if lead.sum() >= FEWEST:
@@ -211,26 +210,26 @@ def _doubts_of_waves(
         swing = float((level + slope * at - smooth[lead]).max())
         drift = slope * (last - float(time[lead].mean()))
         if swing > max(OFF * top, CLEAR * left):
-            said.append(
+            yield (
                 f"the force swings by {swing:.3g} N below its zero before the first wave, as hum does, which falsifies "
                 "AR; shield the cable, or remove the hum (clean_signal(mains=its frequency))"
             )
         elif abs(drift) > OFF * top and abs(slope) * np.sqrt(at @ at) > CERTAIN * noise:
-            said.append(
+            yield (
                 f"the zero drifts in the lead, by {drift:.3g} N until the wave at {readable(last, 's', 4)}, which "
                 "falsifies AR; remove hum (clean_signal(mains=...)), or couple the recorder to DC"
             )
         elif abs(level) > OFF * top and abs(level) * np.sqrt(lead.sum()) > CERTAIN * noise:
-            said.append(
+            yield (
                 f"the force before the first wave is {level:.3g} N; this offset falsifies AR; remove it "
                 "(baseline='lead' where the signal is read, or clean_signal)"
             )
+    pulse = PULSE * width * (time[1] - time[0])
     between = (time > arrival + pulse) & (time < last - pulse)
     if between.sum() >= FEWEST:
         level = float(np.median(force[between]))
         if level < -OFF * top and -level * np.sqrt(between.sum()) > CERTAIN * noise:
-            said.append(
+            yield (
                 f"the force between the waves is {level:.3g} N, but beads do not pull; AC coupling, drift, an offset "
                 "or a preload falsifies AR; couple the recorder to DC, or use clean_signal"
             )
-    return said

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 from skfem import MeshTri
 
-from plates.shapes.grading import SAME
 from plates.shapes.mesh_geometry import distances
-from plates.shapes.shape import Cells, PlateMesh
+from plates.shapes.shape import SAME, Cells, PlateMesh
 from structures.checks import count_of, finite, instance, positive, several, short, whole
 from structures.meshes.mesh_files import gmsh_model
 from structures.meshes.mesh_reading import Tag

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from skfem import MeshQuad
 
-from plates.shapes.grading import graded
-from plates.shapes.shape import MIRROR, Cells, PlateMesh
+from plates.shapes.shape import MIRROR, Cells, PlateMesh, graded
 from structures.meshes.mesh_reading import Tag
 from structures.structure import Vector
 
