@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from coupling.results.reading import Reading, at_end, contact_forces, number_or_array
 from coupling.results.schema import Contact
@@ -203,6 +202,8 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
 
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:
     """Return where a gap changes its sign on its way from beyond ∓ level to beyond ± level, and how."""
+    from scipy.interpolate import CubicSpline  # here, as most runs are not asked for events
+
     beyond = np.flatnonzero(abs(gap) > level)
     opened = np.append(gap[0] > level, gap[beyond] > 0.0)
     crossings = []
