@@ -17,7 +17,6 @@ import click
 
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
-from hertzlink.cases.source import CaseError
 from hertzlink.output import WRONG_INPUT, check_output, complain, deliver, printable, say, set_up
 
 if TYPE_CHECKING:
@@ -31,11 +30,11 @@ FORMATS = ("png", "svg", "pdf")
 """Of figures that are files."""
 
 LATER = {
-    "explore": "explore_command.explore_case",
-    "precice": "precice_command.precice_case",
-    "signal": "signal_command.show_signal",
-    "study": "study_command.run_study",
-    "draw": "study_command.draw_study",
+    "explore": "commands.explore_command.explore_case",
+    "precice": "commands.precice_command.precice_case",
+    "signal": "commands.signal_command.show_signal",
+    "study": "studies.command.run_study",
+    "draw": "studies.command.draw_study",
 }
 """Commands of modules that are loaded when they are named."""
 
@@ -66,8 +65,8 @@ class Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command; None where there is none."""
         if cmd_name in LATER:
-            module, name = LATER[cmd_name].split(".")
-            self.add_command(getattr(import_module(f"hertzlink.commands.{module}"), name))
+            module, _, name = LATER[cmd_name].rpartition(".")
+            self.add_command(getattr(import_module(f"hertzlink.{module}"), name))
         return super().get_command(ctx, cmd_name)
 
 
@@ -141,7 +140,7 @@ def write_results(
     """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.case import of_case
-    from hertzlink.reports.page import default_style, html
+    from hertzlink.reports import default_style, html
     from hertzlink.reports.report import page_of
     from structures.caution import collected
 
@@ -333,6 +332,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         words, code = (reason if place is None else f"{place}: {reason}"), WRONG_INPUT
     except ValueError as error:
         words, code = str(error), WRONG_INPUT
+        from hertzlink.cases.source import CaseError
+
         # The message of a case begins with its file and line, where editors look for them.
         if isinstance(error, CaseError):
             complain(words, "")

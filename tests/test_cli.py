@@ -22,8 +22,8 @@ from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
 from hertzlink.output import check_output, write_folder
 from hertzlink.studies import thesis
+from hertzlink.studies.command import QUICK
 from hertzlink.studies.compare import Number
-from hertzlink.studies.writing import QUICK
 from structures.kernels.compiling import users_folder
 
 
@@ -186,7 +186,7 @@ def test_quick_study_writes_everything(tmp_path: Path, hertzlink: Command) -> No
 def test_an_earlier_study_is_replaced_only_by_force(
     tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hertzlink.commands.study_command.study", lambda name: Small())
+    monkeypatch.setattr("hertzlink.studies.command.study", lambda name: Small())
     assert hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path).returncode == 0
     again = hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path)
     assert again.returncode == 2
@@ -239,7 +239,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_study(
     tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch, output: str, message: str
 ) -> None:
     ran = []
-    monkeypatch.setattr("hertzlink.commands.study_command.study", ran.append)
+    monkeypatch.setattr("hertzlink.studies.command.study", ran.append)
     (tmp_path / "file").write_text("mine")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     done = hertzlink("study", "rod-stiffness", "--quick", "--output", output, cwd=tmp_path)

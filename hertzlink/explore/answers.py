@@ -22,7 +22,7 @@ from coupling.results.waves import NoWave
 from hertzlink.cases.case import Case, of_case
 from hertzlink.cases.tasks import sensors_of
 from hertzlink.explore.sliders import Slider
-from hertzlink.reports.page import drawn, svg
+from hertzlink.reports import drawn, svg
 from structures.caution import collected
 
 MOST_POINTS = 400  # Of a trace: on a page some 800 pixels wide more cannot be seen.

@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 from hertzlink.explore.answers import Explorer
-from hertzlink.reports.page import environment
+from hertzlink.reports import environment
 
 HOME = "127.0.0.1"
 

@@ -1,20 +1,16 @@
 """The report of a result: its answer in a sentence, the set-up, figures, tables, warnings and the input."""
 
-import json
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from coupling.inference.identification import Identification
-from coupling.plots import setup as sketches
 from coupling.results.findings import findings_of, one_of_each
-from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
 from hertzlink.output import write_file
-from hertzlink.reports.page import Page, Picture, Table, drawn, html, usual_facts
+from hertzlink.reports import Page, Table, html, sketch_and_input, usual_facts
 from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 from structures.caution import collected
 from structures.checks import not_negative, short
@@ -97,18 +93,3 @@ def page_of(
     page.warnings = one_of_each([*findings_of(data), *said])
     page.facts = usual_facts(took, data.attrs)
     return page
-
-
-def sketch_and_input(data: xr.Dataset, setup: Any = None) -> tuple[list[Picture], list[tuple[str, str]]]:
-    """Return a sketch of the set-up, if it is known, and the input that a result holds as texts with titles."""
-    pictures = list[Picture]()
-    source = data if setup is None else setup
-    if setup is not None:
-        sketches.described_input(setup, "setup")  # refuses what cannot be drawn
-    with suppress(ValueError):  # of data that do not hold it
-        sketches.described_input(source)
-        pictures = [drawn("setup", "The set-up to scale.", lambda ax: sketches.setup(source, ax))]
-    texts = [("The case", str(data.attrs["case"]))] if "case" in data.attrs else []
-    if inputs := stored(data.attrs.get("input")):
-        texts.append(("The whole input, in SI units", json.dumps(folded(inputs), indent=1, ensure_ascii=False)))
-    return pictures, texts

@@ -24,7 +24,7 @@ from coupling.results.provenance import stored
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of, unit_of
 from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave
-from hertzlink.reports.page import HEIGHT, WIDTH, Page, Picture, Table, drawn
+from hertzlink.reports import HEIGHT, WIDTH, Page, Picture, Table, drawn
 from structures.checks import count_of
 from structures.units import handy
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hertzlink.studies import draw, rods, upper_layer
+from hertzlink.studies import draw, shared, upper_layer
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import DASHPOT, DASHPOTS
 from hertzlink.studies.upper_layer import layers, theory
@@ -25,21 +25,21 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
     few = tuple(sorted({*LOWERS[::6], ECHOLESS, 50.8e-3, LOWERS[-1]}))
     lengths, solids = (few, SOLID_LOWERS[::3]) if quick else (LOWERS, SOLID_LOWERS)
-    return rods.over_lengths(lambda lower: layers(UPPER, lower), lengths, solids, jobs)
+    return shared.over_lengths(lambda lower: layers(UPPER, lower), lengths, solids, jobs)
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     ratios, flights = data.amplitude_ratio.sel(wave="primary"), 1e6 * data.time_of_flight.sel(dashpot=DASHPOT)
     middle, primary = ratios.sel(dashpot=DASHPOT), flights.sel(wave="primary")
-    low, high = (rods.ends(ratios.sel(dashpot=dashpot)) for dashpot in (DASHPOTS[0], DASHPOTS[-1]))
+    low, high = (shared.ends(ratios.sel(dashpot=dashpot)) for dashpot in (DASHPOTS[0], DASHPOTS[-1]))
     said = f"{low[0]:.3f} to {low[1]:.3f} for γ = 4, {high[0]:.3f} to {high[1]:.3f} for γ = 6 N s/m"
-    yield Number("AR, primary", rods.ends(middle), said)
+    yield Number("AR, primary", shared.ends(middle), said)
     thick = middle.where(data.length >= ECHOLESS * (1.0 - 1e-9))
-    shown = "AR {:.4g} to {:.4g}".format(*rods.ends(thick))
-    yield Number("AR, primary, from 25.4 mm on", rods.lost(thick), shown)
+    shown = "AR {:.4g} to {:.4g}".format(*shared.ends(thick))
+    yield Number("AR, primary, from 25.4 mm on", shared.lost(thick), shown)
     theory_flight = 1e6 * float(expected(np.array([ECHOLESS])).time_of_flight[0])
-    yield Number("TOF, primary", rods.ends(primary), f"equation 6.29: {theory_flight:.4g}")
-    yield Number("TOF, primary, varies by", rods.lost(primary))
+    yield Number("TOF, primary", shared.ends(primary), f"equation 6.29: {theory_flight:.4g}")
+    yield Number("TOF, primary, varies by", shared.lost(primary))
 
     # The thesis prints no number for the secondary wave.
     for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3):
@@ -48,7 +48,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         said += f"{float(by.delay_with_mass[0]):.1f}; TOF {float(at.sel(wave='secondary')):.0f} µs"
         delay = float(at.sel(wave="secondary") - at.sel(wave="primary"))
         yield Number(f"secondary after primary wave, {1e3 * length:.4g} mm", delay, said, "µs")
-    apart = rods.beyond_rod(data, rods.RATIO).values
+    apart = shared.beyond_rod(data, shared.RATIO).values
     said = f"{apart[0]:+.3f} compared with the rod, {apart[-1]:+.3f} at 152.4 mm: PTFE bonded to steel cannot widen"
     wide = float(data.solid_amplitude_ratio.sel(wave="primary")[0])
     yield Number("AR, primary, 9.52 mm, axisymmetric", wide, said)

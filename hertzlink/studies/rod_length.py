@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw, rods, shared
+from hertzlink.studies import draw, shared
 from hertzlink.studies.compare import Number
 
 STEEL, RADIUS = hl.STEEL_440C, 9.53e-3
@@ -18,7 +18,7 @@ SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
     every = 4 if quick else 1
-    return rods.over_lengths(
+    return shared.over_lengths(
         lambda length: [hl.Layer(STEEL, length, RADIUS)], LENGTHS[::every], SOLID_LENGTHS[::every], jobs
     )
 
@@ -29,14 +29,14 @@ def characteristic_length(bead: hl.Sphere = shared.BEAD) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    ratios, flights = (data[name].sel(wave="primary") for name in (rods.RATIO, rods.FLIGHT))
+    ratios, flights = (data[name].sel(wave="primary") for name in (shared.RATIO, shared.FLIGHT))
     middle, flight = ratios.sel(dashpot=shared.DASHPOT), 1e6 * flights.sel(dashpot=shared.DASHPOT)
-    yield Number("AR, all lengths", {"": rods.ends(middle), rods.OPEN: rods.ends(ratios)})
-    yield Number("AR, short cylinder", rods.over_dashpots(ratios.isel(length=0)))
-    yield Number("AR, long cylinder", rods.over_dashpots(ratios.isel(length=-1)))
-    low, high = (rods.lost(ratios.sel(dashpot=dashpot)) for dashpot in (shared.DASHPOTS[0], shared.DASHPOTS[-1]))
-    yield Number("AR lost over the lengths", {"": rods.lost(middle), rods.OPEN: (min(low, high), max(low, high))})
-    yield Number("TOF, all lengths", rods.ends(flight))
+    yield Number("AR, all lengths", {"": shared.ends(middle), shared.OPEN: shared.ends(ratios)})
+    yield Number("AR, short cylinder", shared.over_dashpots(ratios.isel(length=0)))
+    yield Number("AR, long cylinder", shared.over_dashpots(ratios.isel(length=-1)))
+    low, high = (shared.lost(ratios.sel(dashpot=dashpot)) for dashpot in (shared.DASHPOTS[0], shared.DASHPOTS[-1]))
+    yield Number("AR lost over the lengths", {"": shared.lost(middle), shared.OPEN: (min(low, high), max(low, high))})
+    yield Number("TOF, all lengths", shared.ends(flight))
     heavier = hl.Sphere(shared.BEAD.radius, replace(STEEL, density=8000.0))
     lengths = {"7800 kg/m³ of Table 2.1": characteristic_length(), "8000 kg/m³": characteristic_length(heavier)}
     yield Number("characteristic length c T_c/2", lengths)
@@ -52,7 +52,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     secondary = float(data.amplitude_ratio.sel(wave="secondary", dashpot=shared.DASHPOT).fillna(0.0).max())
     yield Number("secondary wave", secondary)
     solids = data.solid_amplitude_ratio.sel(wave="primary").values
-    apart, later = (rods.beyond_rod(data, name) for name in (rods.RATIO, rods.FLIGHT))
+    apart, later = (shared.beyond_rod(data, name) for name in (shared.RATIO, shared.FLIGHT))
     said = f"AR {solids[0]:.3f} to {solids[-1]:.3f}, within {float(abs(apart).max()):.3f} of the rods'; TOF "
     said += f"{1e6 * float(later.mean()):+.2f} µs: Hertz's half-space reaches beyond the cylinder's side"
     yield Number("AR, axisymmetric", 100.0 * float(1.0 - solids[-1] / solids[0]), said)
@@ -62,8 +62,8 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
     label = "length of the steel cylinder (mm)"
     figure, axes = draw.panels(2, width=3.9, height=3.4)
-    rods.against_length(axes[0], data, rods.FLIGHT, "primary", "TOF (µs)", label)
-    rods.against_length(axes[1], data, rods.RATIO, "primary", "AR", label)
+    shared.against_length(axes[0], data, shared.FLIGHT, "primary", "TOF (µs)", label)
+    shared.against_length(axes[1], data, shared.RATIO, "primary", "AR", label)
     theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, STEEL)))
     draw.theory_line(axes[0], 1e3 * data.length[[0, -1]], [theory, theory], "theory of contact times")
     for axis in axes:
@@ -71,4 +71,4 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.legend(frameon=True, framealpha=1.0, edgecolor="none", loc="lower left")
     axes[0].set_ylim(430.0, 490.0)
     axes[1].set_ylim(0.6, 0.85)
-    return {"length": figure, "force_intensity": rods.force_map(data, label)}
+    return {"length": figure, "force_intensity": shared.force_map(data, label)}

@@ -8,7 +8,7 @@ import xarray as xr
 from scipy.signal import lfilter
 
 import hertzlink as hl
-from hertzlink.studies import draw, rods, shared
+from hertzlink.studies import draw, shared
 from hertzlink.studies.compare import Case, Number
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 
@@ -45,9 +45,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     def solid(material: str) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(), shared.cylinder(layers(materials[material])))
 
-    data = hl.sweep(stiff, shared.RECORD, jobs, rods.with_forces, youngs_modulus=MODULI[::6] if quick else MODULI)
-    real_rods = hl.sweep(real, shared.RECORD, jobs, rods.measure, material=list(materials), dashpot=shared.DASHPOTS)
-    solids = hl.sweep(solid, shared.RECORD, jobs, rods.measure, material=list(materials))
+    data = hl.sweep(stiff, shared.RECORD, jobs, shared.with_forces, youngs_modulus=MODULI[::6] if quick else MODULI)
+    real_rods = hl.sweep(real, shared.RECORD, jobs, shared.measure, material=list(materials), dashpot=shared.DASHPOTS)
+    solids = hl.sweep(solid, shared.RECORD, jobs, shared.measure, material=list(materials))
     data = data.assign(shared.named(real_rods, "material").data_vars).assign(shared.named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
     shared.with_units(data, youngs_modulus="Pa", dashpot="N s/m")
@@ -87,7 +87,7 @@ def against(wall: str) -> xr.Dataset:
         filtered_ratio=(hl.amplitude_ratio(signal, shared.SENSOR), "1", "AR behind the sensor's high-pass"),
         displaced=(displaced, "s", DISPLACED),
     ).assign(
-        displacement=run.displacement, sensor_force=shared.sensor_forces(run, rods.SENSORS),
+        displacement=run.displacement, sensor_force=shared.sensor_forces(run, shared.SENSORS),
         last_force=last.assign_attrs(long_name="force between the last two beads"),
     ).reset_coords(drop=True)  # fmt: skip
 
@@ -112,18 +112,18 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
             "behind the sensor's RC": float(at.wall_filtered_ratio),
             "axisymmetric": float(primary.solid_amplitude_ratio),
         }
-        yield Number(f"AR, {wall}", rods.over_dashpots(primary.material_amplitude_ratio) | readings)
+        yield Number(f"AR, {wall}", shared.over_dashpots(primary.material_amplitude_ratio) | readings)
         theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, material)))
-        flight, wide = rods.over_dashpots(primary.material_time_of_flight, 1e6), 1e6 * primary.solid_time_of_flight
+        flight, wide = shared.over_dashpots(primary.material_time_of_flight, 1e6), 1e6 * primary.solid_time_of_flight
         yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}; axisymmetric: {float(wide):.4g}")
 
         # The last bead: equation 6.6, and its contact, also as it is read from the bead's displacement.
         energy = 0.5 * shared.BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * shared.SPEED) ** 2
         deepest = 1e6 * (2.5 * energy / shared.wall_stiffness(shared.BEAD, material)) ** 0.4
-        largest = rods.over_dashpots(primary.material_largest_displacement, 1e6)
+        largest = shared.over_dashpots(primary.material_largest_displacement, 1e6)
         yield Number(f"largest displacement of bead 20, {wall}", largest, f"equation 6.6: {deepest:.4g}")
         displaced: dict[str, Case] = {DISPLACED: 1e6 * float(at.wall_displaced)}
-        yield Number(f"contact with {wall}", rods.over_dashpots(primary.material_contact_time, 1e6) | displaced)
+        yield Number(f"contact with {wall}", shared.over_dashpots(primary.material_contact_time, 1e6) | displaced)
         yield Number(f"energy that becomes potential, {wall}", float(at.wall_energy_share))
 
     steel, ptfe = (1e6 * middle[wall].material_time_of_flight for wall in WALLS)
@@ -167,7 +167,7 @@ def over_modulus(data: xr.Dataset) -> draw.Figure:
     modulus, real_modulus = data.youngs_modulus * 1e-9, data.material_modulus * 1e-9
     for axis, name, factor in zip(axes, ("time_of_flight", "amplitude_ratio"), (1e6, 1.0), strict=True):
         real = data[f"material_{name}"].sel(dashpot=shared.DASHPOT)
-        for colour, wave in zip(draw.COLOURS, rods.WAVES, strict=False):
+        for colour, wave in zip(draw.COLOURS, shared.WAVES, strict=False):
             axis.plot(modulus, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
             axis.plot(real_modulus, factor * real.sel(wave=wave), "o", color=colour)
             axis.plot(real_modulus, factor * data[f"solid_{name}"].sel(wave=wave), "x", color=colour)

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw, rods, shared
+from hertzlink.studies import draw, shared
 from hertzlink.studies.compare import Number
 from structures.structure import Vector
 
@@ -53,8 +53,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         return hl.CoSimulation(shared.chain(VISCOUS_DASHPOT), hl.reduce(body, shared.RECORD))
 
     uppers, solids = (UPPERS[::4], SOLID_UPPERS[::4]) if quick else (UPPERS, SOLID_UPPERS)
-    data = rods.over_lengths(lambda upper: layers(upper, LOWER), uppers, solids, jobs)
-    viscous = hl.sweep(viscoelastic, shared.RECORD, 1, rods.measure, share=SHARES)
+    data = shared.over_lengths(lambda upper: layers(upper, LOWER), uppers, solids, jobs)
+    viscous = hl.sweep(viscoelastic, shared.RECORD, 1, shared.measure, share=SHARES)
     viscous = shared.named(viscous[["amplitude_ratio", "time_of_flight"]], "viscous")
     return shared.with_units(data.assign(viscous.data_vars), share="1")
 
@@ -66,10 +66,10 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         1e6 * float(solid.solid_time_of_flight.sel(wave="secondary")),
     )
     for place, upper, readings in ((0, "6.35 mm", {"axisymmetric": wide[0]}), (-1, "101.6 mm", {})):
-        first, second = (data.amplitude_ratio.isel(length=place).sel(wave=wave) for wave in rods.WAVES)
+        first, second = (data.amplitude_ratio.isel(length=place).sel(wave=wave) for wave in shared.WAVES)
         said = f"equation 6.24: {float(expected.amplitude_ratio[place]):.3f}"
-        yield Number(f"AR, primary, {upper}", rods.over_dashpots(first) | readings, said)
-        yield Number(f"AR, secondary, {upper}", rods.over_dashpots(second))
+        yield Number(f"AR, primary, {upper}", shared.over_dashpots(first) | readings, said)
+        yield Number(f"AR, secondary, {upper}", shared.over_dashpots(second))
 
     # The thickness beyond which no secondary wave exceeds WEAK, interpolated.
     curve = data.amplitude_ratio.sel(wave="secondary", dashpot=shared.DASHPOT).fillna(0.0).values
@@ -77,13 +77,13 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     thinnest = np.interp(-WEAK, -curve[last : last + 2], data.length.values[last : last + 2])
     yield Number("upper layer with no secondary wave from on", 1e3 * float(thinnest))
 
-    primary, secondary = (data.time_of_flight.sel(wave=wave, dashpot=shared.DASHPOT) * 1e6 for wave in rods.WAVES)
-    said = f"equation 6.29: {rods.lost(expected.time_of_flight):.2f} %"
-    yield Number("TOF, primary, shorter by", rods.lost(primary), said)
-    yield Number("TOF, primary", rods.ends(primary))
+    primary, secondary = (data.time_of_flight.sel(wave=wave, dashpot=shared.DASHPOT) * 1e6 for wave in shared.WAVES)
+    said = f"equation 6.29: {shared.lost(expected.time_of_flight):.2f} %"
+    yield Number("TOF, primary, shorter by", shared.lost(primary), said)
+    yield Number("TOF, primary", shared.ends(primary))
     printed, heavier = 1e6 * expected.secondary.values, 1e6 * float(expected.secondary_with_mass[0])
     thin = data.time_of_flight.isel(length=0).sel(wave="secondary")
-    cases = rods.over_dashpots(thin, 1e6) | {"equation 6.34": float(printed[0]), "axisymmetric": wide[1]}
+    cases = shared.over_dashpots(thin, 1e6) | {"equation 6.34": float(printed[0]), "axisymmetric": wide[1]}
     yield Number("TOF, secondary, 6.35 mm", cases, f"a third of the lower mass makes equation 6.34 {heavier:.0f} µs")
     followed = secondary.dropna("length")
     said = f"the last one is at {1e3 * float(followed.length[-1]):.0f} mm, {float(followed[-1]):.0f} µs"
@@ -114,20 +114,20 @@ def figures(
     lengths = np.geomspace(float(data.length.min()), float(data.length.max()), 200)
     theory, impact = expected(lengths), "theory of impact on the layer"
     lines = {
-        (rods.FLIGHT, "primary"): {impact: (rods.FLIGHT, "-")},
-        (rods.RATIO, "primary"): {impact: (rods.RATIO, "-")},
-        (rods.FLIGHT, "secondary"): {
+        (shared.FLIGHT, "primary"): {impact: (shared.FLIGHT, "-")},
+        (shared.RATIO, "primary"): {impact: (shared.RATIO, "-")},
+        (shared.FLIGHT, "secondary"): {
             "theory: layer on a spring": ("secondary", "-"),
             "the same, spring with mass": ("secondary_with_mass", "--"),
         },
     }
-    for name, label, factor in ((rods.FLIGHT, "TOF (µs)", 1e6), (rods.RATIO, "AR", 1.0)):
+    for name, label, factor in ((shared.FLIGHT, "TOF (µs)", 1e6), (shared.RATIO, "AR", 1.0)):
         drawn[name], axes = draw.panels(2, width=3.9, height=3.4)
-        for axis, wave in zip(axes, rods.WAVES, strict=True):
-            rods.against_length(axis, data, name, wave, f"{label}, {wave} wave", xlabel)
+        for axis, wave in zip(axes, shared.WAVES, strict=True):
+            shared.against_length(axis, data, name, wave, f"{label}, {wave} wave", xlabel)
             for words, (variable, style) in lines.get((name, wave), {}).items():
                 draw.theory_line(axis, lengths * 1e3, factor * theory[variable], words, style)
-            if name == rods.RATIO:
+            if name == shared.RATIO:
                 axis.set_ylim(bottom=0.0)
             axis.legend()
-    return {**drawn, "force_intensity": rods.force_map(data, xlabel)}
+    return {**drawn, "force_intensity": shared.force_map(data, xlabel)}

@@ -17,7 +17,7 @@ from page_parser import check_page
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
-from hertzlink.reports.page import Page, Table, html
+from hertzlink.reports import Page, Table, html
 from hertzlink.reports.report import page_of
 from hertzlink.reports.results import FRESH_SPOT
 

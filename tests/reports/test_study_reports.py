@@ -16,8 +16,8 @@ from page_parser import check_page
 import hertzlink as hl
 from hertzlink.cli import main
 from hertzlink.studies import STUDIES, captions, draw, study
+from hertzlink.studies.command import QUICK
 from hertzlink.studies.compare import Number
-from hertzlink.studies.writing import QUICK
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 
@@ -48,7 +48,7 @@ class Small:
 def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Iterator[Command]:
     """The command line in this process, in a folder of its own: exit code and standard error."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hertzlink.commands.study_command.study", lambda name: Small())
+    monkeypatch.setattr("hertzlink.studies.command.study", lambda name: Small())
 
     def run(*arguments: str) -> tuple[int, str]:
         with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
@@ -147,7 +147,7 @@ def test_captions_need_no_other_text() -> None:
 def test_figures_of_a_study_can_be_read_without_the_thesis(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """And its file holds all that its table and figures need."""
     name = "rod-length"
-    monkeypatch.setattr("hertzlink.commands.study_command.study", study)
+    monkeypatch.setattr("hertzlink.studies.command.study", study)
     assert command("study", name, "--quick", "--jobs", "1", "--output", "ran")[0] == 0
     assert command("draw", f"ran/{name}.nc", "--output", "drawn") == (0, "")
     assert names("drawn") == names("ran") - {f"{name}.nc"}

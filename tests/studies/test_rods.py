@@ -7,7 +7,7 @@ import pytest
 from quick import quick
 
 import hertzlink as hl
-from hertzlink.studies import lower_layer, rod_length, rod_stiffness, rods, shared, upper_layer
+from hertzlink.studies import lower_layer, rod_length, rod_stiffness, shared, upper_layer
 
 
 def on_half_space(material: hl.Material, dashpot: float) -> tuple[float, float, float]:
@@ -160,7 +160,7 @@ def test_a_wave_that_breaks_into_two_collisions_arrives_with_the_higher_hump() -
     def layered(upper: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(), shared.rod(upper_layer.layers(upper, 25.4e-3)))
 
-    branch = hl.sweep(layered, 1.2e-3, 1, rods.measure, upper=np.geomspace(20e-3, 30e-3, 17)).sel(wave="secondary")
+    branch = hl.sweep(layered, 1.2e-3, 1, shared.measure, upper=np.geomspace(20e-3, 30e-3, 17)).sel(wave="secondary")
     peak = np.diff(1e6 * branch.time_of_flight.values)
     (leap,) = np.flatnonzero(peak < 0.0)
     assert -25.0 < peak[leap] < -15.0
