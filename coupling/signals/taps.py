@@ -12,8 +12,7 @@ from coupling.signals.conditioning import checked_signal, with_noise
 from coupling.signals.signals import as_signal
 from structures.caution import caution
 from structures.checks import count_of, listed, positive, whole
-
-MOST_TAPS = 10_000
+from structures.structure import Vector
 
 # A tap begins where the force first reaches this part of the greatest: taps may differ by a factor of two.
 INCIDENT = 0.5
@@ -64,8 +63,8 @@ def average_taps(
         if length is not None:
             raise ValueError(f"length = {length!r}: is for one long signal; leave it out where each signal is one tap")
         taps = [checked_signal("signals", tap) for tap in listed("signals", signals, xr.Dataset, "two or more signals")]
-    if not 2 <= len(taps) <= MOST_TAPS:
-        raise ValueError(f"signals: hold {count_of(len(taps), 'whole tap')}, must hold from 2 to {MOST_TAPS}")
+    if len(taps) < 2:
+        raise ValueError(f"signals: hold {count_of(len(taps), 'whole tap')}, must hold 2 or more")
     numbers, peaks = taps[0].sensor.values.tolist(), list[tuple[float, float]]()
     chosen = numbers[0] if sensor is None else whole("sensor", sensor)
     step = float(taps[0].time[1] - taps[0].time[0])
@@ -85,14 +84,14 @@ def average_taps(
     first = max(float(tap.time[0]) - at for tap, at in zip(taps, arrivals, strict=True))
     last = min(float(tap.time[-1]) - at for tap, at in zip(taps, arrivals, strict=True))
     time = step * np.arange(np.ceil(first / step + 1e-6), np.floor(last / step - 1e-6) + 1)
-    means, noises = {}, []
+    means, noises = dict[int, Vector](), list[float]()
     for number in numbers:
         samples = [np.asarray(tap.sensor_force.sel(sensor=number).values) for tap in taps]
         # NaN next to samples that are NaN.
         moved = zip(taps, arrivals, samples, strict=True)
         rows = np.stack([np.interp(time + at, tap.time.values, force) for tap, at, force in moved])
         means[number] = rows.mean(axis=0)
-        complete = rows[:, np.isfinite(rows).all(axis=0)]
+        complete = rows[:, np.isfinite(means[number])]
         if not complete.size:
             raise ValueError(f"signals: sensor {number} has no samples that are not clipped in any tap")
         scatter = float(np.sqrt(complete.var(axis=0, ddof=1).mean()))
@@ -105,8 +104,9 @@ def average_taps(
         caution(f"average_taps: incident peaks scatter by {spread:.2g} %; leave out taps that differ")
     filled = {number: interpolated_over_gaps(mean) for number, mean in means.items()}
     places = dict(zip(numbers, taps[0].centre.values.tolist(), strict=True)) if "centre" in taps[0].coords else None
-    label = "standard deviation of a sample of the average"
-    averaged = with_noise(as_signal(time, filled, places), means, noises, label)
+    averaged = with_noise(
+        as_signal(time, filled, places), means, noises, "standard deviation of a sample of the average"
+    )
     text = f"{len(taps)} taps were averaged; their incident peaks scatter by {spread:.2g} %."
     return averaged.assign_attrs(taps=len(taps), conditioning=text)
 
@@ -121,11 +121,10 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
     chosen = signal.sensor.values.tolist()[0] if sensor is None else whole("sensor", sensor)
     force = np.asarray(Reading(signal).measured(chosen).values)
     off = np.abs(force - np.nanmedian(force))
-    high = time[off > INCIDENT * np.nanmax(off)]
-    taps, free = [], float(time[0])
-    while (later := high[high >= free]).size:
-        begin = float(later[0]) - BEFORE * seconds
-        if begin >= time[0] and begin + seconds <= time[-1]:
-            taps.append(signal.sel(time=slice(begin, begin + seconds)))
-        free = begin + seconds
+    taps, free = list[xr.Dataset](), -np.inf
+    for moment in time[off > INCIDENT * np.nanmax(off)]:
+        begin = float(moment) - BEFORE * seconds
+        if moment >= free:
+            free = begin + seconds
+            taps += [signal.sel(time=slice(begin, free))] * (begin >= time[0] and free <= time[-1])
     return taps

@@ -244,15 +244,12 @@ def rises(values: pd.Series) -> bool:
 
 def clock(cells: pd.Series) -> pd.Series:
     """Return times of day, such as "10:23:11.000005" or a date with it, s after the first; NaN for other text."""
-    bare = cells.str.replace(",", ".", regex=False).str.replace(r"\s*[AP]M$", "", regex=True)
-    if bare.str.fullmatch(r"\d{1,2}:\d\d:\d\d(\.\d+)?").mean() > 0.5:
-        spans = pd.to_timedelta(bare.where(bare.str.match(CLOCK)), errors="coerce")
-    else:
-        form = pd.tseries.api.guess_datetime_format(bare.iloc[len(bare) // 2], dayfirst=True)
-        moments = pd.to_datetime(bare, format=form or "ISO8601", errors="coerce", utc=True)
-        spans = moments - moments.min()
-    seconds = spans / pd.Timedelta(1, "s")
-    return seconds - seconds.dropna().min()
+    bare = cells.str.replace(",", ".", regex=False)
+    form = pd.tseries.api.guess_datetime_format(bare.iloc[len(bare) // 2], dayfirst=True)
+    if bare.str.contains("[AP]M$").mean() > 0.5:
+        form = "%I:%M:%S.%f %p"
+    moments = pd.to_datetime(bare, format=form or "ISO8601", errors="coerce", utc=True)
+    return (moments - moments.min()) / pd.Timedelta(1, "s")
 
 
 def time_in(values: Vector, cells: pd.Series, decimal: str) -> tuple[Vector, str]:
