@@ -1,6 +1,6 @@
 """The motion inside bodies: displacement and stress at chosen times of a run, computed after the run."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any
 
@@ -26,8 +26,7 @@ ROUNDING = 1e-9  # relative, of times and of numbers that describe a chain
 CIRCULAR_DIFFERENCE = 1e-6  # of the relative curvatures of a circular contact at most, as a fraction of their sum
 MOST_LISTED = 3  # differences that an error lists
 
-STRESS_COMPONENTS = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}
-"""Positions of the components in the stress of a body of revolution."""
+STRESS_COMPONENTS = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}  # places in the stress of a body of revolution
 
 BEAD_VARIABLES = ("displacement", "contact_force", "vibration_amplitude")
 
@@ -98,7 +97,7 @@ def motion(
     """
     instance("body", body, Structure | DeformableChain, "the Structure or the DeformableChain that was run")  # type: ignore[arg-type]
     if isinstance(body, DeformableChain):
-        return _of_beads(_ChainOfRun(run, body, structure, behind), times, beads)
+        return _of_beads(run, body, times, beads, {"structure": structure, "behind": behind})
     for name, value in (("beads", beads), ("structure", structure), ("behind", behind)):
         if value is not None:
             raise ValueError(f"{name} = {short(value)}: must be None where body is no DeformableChain")
@@ -150,37 +149,66 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
     return _dataset(run, field.grid, moments[rows], displacement, stress).assign_attrs(contact_error=error, up=up)
 
 
-def _of_beads(chain: "_ChainOfRun", times: ArrayLike, beads: Any) -> xr.Dataset:
-    rows, last = _nearest_rows(chain.run, times), len(chain.bodies) - 1
+def _of_beads(
+    dataset: object, chain: DeformableChain, times: ArrayLike, beads: Any, ends: Mapping[str, object]
+) -> xr.Dataset:
+    """Return the motion of beads. ends: what the last and the first bead face."""
+    reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
+    reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
+    reading.check_one_chain(*BEAD_VARIABLES)
+    run, bodies = reading.data, (chain.body, *chain.beads)
+    own, count, first = int(run.coords.get("chain", 0)), len(bodies), 0 if chain.body is not None else 1
+    _check_chain(reading, chain, own)
+    surfaces = dict[str, Surface | None]()
+    for name, end in ends.items():
+        body: Any = instance(name, end, Structure | Surface | None, "a Structure, a Surface or None")  # type: ignore[arg-type]
+        if isinstance(body, Structure) and body.contacts > 1:
+            raise ValueError(f"{name}: has several contact points; give the Surface that this chain touches")
+        surfaces[name] = body.surfaces[0] if isinstance(body, Structure) else body
     given = [beads] if isinstance(beads, int | np.integer) else beads
-    first = 0 if chain.bodies[0] is not None else 1
-    wanted = range(first, last + 1) if given is None else listed("beads", given, object, "numbers")
-    numbers = sorted({whole("beads", number, first, last) for number in wanted})
-    pushes = {number: chain.pushes(number, rows) for number in numbers}
-    fields: dict[Bead, BeadField] = {}
-    for bead in dict.fromkeys(chain.bodies[number] for number in numbers):
-        alike = [pushes[number] for number in numbers if chain.bodies[number] == bead]
+    wanted = range(first, count) if given is None else listed("beads", given, object, "numbers")
+    numbers = sorted({whole("beads", number, first, count - 1) for number in wanted})
+
+    # What presses the struck side of each bead and the other side: at the times, and last at rest.
+    rows = _nearest_rows(run, times)
+    force = np.vstack([run.contact_force.values[rows, :count], run.static_force.values[:count]])
+    # If nothing touches the first bead, contact 1 holds an external force, which acts on the bead as a whole.
+    touched = any(contact.end == FIRST and contact.chain == own for contact in reading.contacts)
+    if chain.excitation.drive.kind == drives.PUSHED and not touched:
+        force[:, 0] = 0.0
+    force = np.maximum(np.hstack([np.zeros((len(rows) + 1, 1)), force]), 0.0)  # nothing is behind the striker
+    pushes = dict[int, list[tuple[Push, Push]]]()
+    for number in numbers:
+        sides = []
+        for contact in (number - 1, number):
+            pressed = force[:, contact + 1]
+            scale = _radius_at_one_newton(chain, bodies, surfaces, number, contact) if pressed.any() else 0.0
+            sides.append([Push(one, scale * one ** (1.0 / 3.0)) for one in pressed.tolist()])
+        pushes[number] = list(zip(*sides, strict=True))
+    fields = dict[Any, BeadField]()
+    for bead in dict.fromkeys(bodies[number] for number in numbers):
+        alike = [pushes[number] for number in numbers if bodies[number] == bead]
         largest = max(push.radius for one in alike for pair in one for push in pair)
-        fields[bead] = BeadField(bead, chain.chain.modes - 1, largest)
+        fields[bead] = BeadField(bead, chain.modes - 1, largest)
 
     # All beads become one grid, whose parts they are.
     points, cells, displacement, stress = list[Vector](), [], [], []
     for number in numbers:
-        field = fields[chain.bodies[number]]
+        field = fields[bodies[number]]
         cells.append(field.grid.cells + sum(len(part) for part in points))
-        points.append(field.grid.points - [0.0, 0.0, float(chain.chain.centres[number])])
+        points.append(field.grid.points - [0.0, 0.0, float(chain.centres[number])])
         *pairs, rest = pushes[number]
         unmoved = field.at(*rest, field.at_rest(*rest))[0]
-        vibration = chain.amplitude[rows, number]
+        vibration = run.vibration_amplitude.values[rows, number, : chain.modes - 1]
         deformed, stressed = zip(*(field.at(*pair, q) for pair, q in zip(pairs, vibration, strict=True)), strict=True)
         moved = np.stack(deformed) - unmoved
-        moved[..., 2] -= chain.displacement[rows, number, None]
+        moved[..., 2] -= run.displacement.values[rows, number, None]
         displacement.append(moved)
         stress.append(np.stack(stressed))
     parts = np.repeat(numbers, [len(part) for part in cells])
     grid = Grid(np.concatenate(points), np.concatenate(cells), field.grid.kind, parts, True)
-    tensor, moments = np.concatenate(stress, axis=1), chain.run.time.values[rows]
-    motion = _dataset(chain.run, grid, moments, np.concatenate(displacement, axis=1), von_mises(tensor))
+    tensor, moments = np.concatenate(stress, axis=1), run.time.values[rows]
+    motion = _dataset(run, grid, moments, np.concatenate(displacement, axis=1), von_mises(tensor))
     components = tensor[..., list(STRESS_COMPONENTS.values())]
     about = {"units": "Pa", "long_name": "stress, positive in tension"}
     motion["stress"] = ("time", "point", "stress_component"), components, about
@@ -189,78 +217,46 @@ def _of_beads(chain: "_ChainOfRun", times: ArrayLike, beads: Any) -> xr.Dataset:
     return motion.assign_attrs(up=[0.0, 0.0, 1.0], depth="along the chain")
 
 
-class _ChainOfRun:
-    """A chain, body 0 of which is the striker, with what the run holds of it; see `motion`."""
+def _check_chain(reading: Reading, chain: DeformableChain, own: int) -> None:
+    """Raise a ValueError if the chain is not that of the run. own: its number there."""
+    run = reading.data
+    # A point of a sweep holds the input of the first one: there a few facts are compared.
+    inputs: dict[str, Any] = {} if set(run.coords) - OF_RUNS else stored(run.attrs.get("input"))
+    there: Any = inputs["chains"][own] if "chains" in inputs else inputs.get("chain")
+    here: Any = stored(as_text(chain.describe()))
+    if there is None:
+        modes = 1 + np.isfinite(run.vibration_amplitude.values[0, 1]).sum()
+        facts = {
+            "beads": (reading.beads[0], len(chain.beads)),
+            "modes": (modes, chain.modes),
+            "length": (np.ptp(run.centre.values[: len(chain.beads) + 1]), np.ptp(chain.centres)),
+            "impact energy": (float(run.impact_energy), chain.impact_energy),
+        }
+        there, here = ({name: float(f"{pair[k]:.9g}") for name, pair in facts.items()} for k in (0, 1))
+    if unlike := list(differences(there, here)):
+        more = f" and {len(unlike) - MOST_LISTED} more" if len(unlike) > MOST_LISTED else ""
+        raise ValueError(
+            f"body: is not that of the run: {', '.join(unlike[:MOST_LISTED])}{more}; give the one that was run"
+        )
 
-    def __init__(self, dataset: object, chain: DeformableChain, structure: object, behind: object) -> None:
-        reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
-        reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
-        reading.check_one_chain(*BEAD_VARIABLES)
-        self.chain, self.run = chain, reading.data
-        run, count, own = self.run, len(chain.beads) + 1, int(self.run.chain) if "chain" in self.run.coords else 0
-        # A point of a sweep holds the input of the first one: there a few facts are compared.
-        inputs: dict[str, Any] = {} if set(run.coords) - OF_RUNS else stored(run.attrs.get("input"))
-        described = inputs["chains"][own] if "chains" in inputs else inputs.get("chain")
-        if described is not None:
-            unlike = list(differences(described, stored(as_text(chain.describe()))))
-        else:
-            modes = 1 + int(np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1])))
-            facts: dict[str, tuple[float, float]] = {
-                "beads": (reading.beads[0], count - 1),
-                "modes": (modes, chain.modes),
-                "length": (float(np.ptp(run.centre.values[:count])), float(np.ptp(chain.centres))),
-                "impact energy": (float(run.impact_energy), chain.impact_energy),
-            }
-            unlike = [
-                f"{name} = {there:.6g} there and {here:.6g} here"
-                for name, (there, here) in facts.items()
-                if not np.isclose(there, here, rtol=ROUNDING, atol=0.0)
-            ]
-        if unlike:
-            more = f" and {len(unlike) - MOST_LISTED} more" if len(unlike) > MOST_LISTED else ""
-            raise ValueError(
-                f"body: is not that of the run: {', '.join(unlike[:MOST_LISTED])}{more}; give the one that was run"
-            )
-        self.ends: dict[str, Surface | None] = {}
-        for name, given in (("structure", structure), ("behind", behind)):
-            body: Any = instance(name, given, Structure | Surface | None, "a Structure, a Surface or None")  # type: ignore[arg-type]
-            if isinstance(body, Structure) and body.contacts > 1:
-                raise ValueError(f"{name}: has several contact points; give the Surface that this chain touches")
-            self.ends[name] = body.surfaces[0] if isinstance(body, Structure) else body
 
-        self.displacement = run.displacement.values[:, :count]
-        self.amplitude = run.vibration_amplitude.values[:, :count, : chain.modes - 1]
-        self.force = np.vstack([run.contact_force.values[:, :count], run.static_force.values[:count]])
-        self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
-        # If nothing touches the first bead, contact 1 holds an external force, which acts on the bead as a whole.
-        touched = any(contact.end == FIRST and contact.chain == own for contact in reading.contacts)
-        if chain.excitation.drive.kind == drives.PUSHED and not touched:
-            self.force[:, 0] = 0.0
-
-    def pushes(self, number: int, rows: NDArray[np.intp]) -> list[tuple[Push, Push]]:
-        """Return the pressures on the struck side of a bead and on the other side: at the rows, and last at rest."""
-        sides = []
-        for contact in (number - 1, number):
-            force = np.maximum(self.force[[*rows, -1], contact], 0.0) if contact >= 0 else np.zeros(len(rows) + 1)
-            scale = self._radius_at_one_newton(number, contact) if force.any() else 0.0
-            sides.append([Push(one, scale * one ** (1.0 / 3.0)) for one in force.tolist()])
-        return list(zip(*sides, strict=True))
-
-    def _radius_at_one_newton(self, number: int, contact: int) -> float:
-        """Return the radius of a contact circle of a bead, m, by Hertz; it grows with the cube root of the force."""
-        neighbour = contact if contact < number else contact + 1
-        body: Bead | None = self.bodies[neighbour] if neighbour < len(self.bodies) else None
-        name = "behind" if neighbour == 0 else "structure"
-        facing = body.surface if body is not None else self.ends[name]
-        if body is None and neighbour == 0:
-            facing = self.chain.excitation.faces(self.chain.beads[0]) or facing
-        if facing is None:
-            raise ValueError(f"{name} = None: must be what bead {number} touches, a Structure or a Surface")
-        surface = self.bodies[number].surface
-        flat, sharp = relative_curvatures(surface, facing)
-        if sharp - flat > CIRCULAR_DIFFERENCE * (sharp + flat):
-            raise ValueError(f"contact {contact + 1}: is not circular, so the stress of the bead is not axisymmetric")
-        return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / sharp)
+def _radius_at_one_newton(
+    chain: DeformableChain, bodies: Sequence[Any], ends: Mapping[str, Surface | None], number: int, contact: int
+) -> float:
+    """Return the radius of a contact circle of a bead, m, by Hertz; it grows with the cube root of the force."""
+    neighbour = contact if contact < number else contact + 1
+    body: Bead | None = bodies[neighbour] if neighbour < len(bodies) else None
+    name = "behind" if neighbour == 0 else "structure"
+    facing = body.surface if body is not None else ends[name]
+    if body is None and neighbour == 0:
+        facing = chain.excitation.faces(chain.beads[0]) or facing
+    if facing is None:
+        raise ValueError(f"{name} = None: must be what bead {number} touches, a Structure or a Surface")
+    surface = bodies[number].surface
+    flat, sharp = relative_curvatures(surface, facing)
+    if sharp - flat > CIRCULAR_DIFFERENCE * (sharp + flat):
+        raise ValueError(f"contact {contact + 1}: is not circular, so the stress of the bead is not axisymmetric")
+    return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / sharp)
 
 
 def _nearest_rows(run: xr.Dataset, times: ArrayLike) -> NDArray[np.intp]:
@@ -275,16 +271,13 @@ def _nearest_rows(run: xr.Dataset, times: ArrayLike) -> NDArray[np.intp]:
 
 def _dataset(run: xr.Dataset, grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
     """Return a Dataset of `motion`: fields at t times, t × p × 3 in m, t × p in Pa."""
-    counted = {"units": "1"}
+    moved = {"units": "m", "long_name": "displacement from static equilibrium"}
+    corners = {"units": "1", "long_name": "points of each cell, in VTK's order"}
     variables: dict[str, Any] = {
-        "displacement": (
-            ("time", "point", "component"),
-            displacement,
-            {"units": "m", "long_name": "displacement from static equilibrium"},
-        ),
+        "displacement": (("time", "point", "component"), displacement, moved),
         "von_mises": (("time", "point"), von_mises, {"units": "Pa", "long_name": "von Mises stress"}),
-        "cells": (("cell", "corner"), grid.cells, {**counted, "long_name": "points of each cell, in VTK's order"}),
-        "part": (("cell",), grid.part, {**counted, "long_name": "number of the cell's material"}),
+        "cells": (("cell", "corner"), grid.cells, corners),
+        "part": (("cell",), grid.part, {"units": "1", "long_name": "number of the cell's material"}),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", moments, {"units": "s"}),

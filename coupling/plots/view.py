@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,24 +33,12 @@ COLOURED = 0.95
 
 CELLS = {"quad9": "BIQUADRATIC_QUAD", "tetra10": "QUADRATIC_TETRA", "hexahedron27": "TRIQUADRATIC_HEXAHEDRON"}  # of VTK
 SIGHT = np.array([-0.45, 0.75, -0.48])  # direction of view on 3-D bodies, in a frame whose third axis points up
-MEDIA = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
-SUFFIXES = (*MEDIA, ".pdf")
+SUFFIXES = (".png", ".gif", ".svg", ".pdf")
 FRAME_TIME = 100  # of an animation, ms
 NO_WINDOW = (
     "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
     "libosmesa6), or start Python by xvfb-run"
 )
-
-
-class NotebookPath(type(Path())):  # type: ignore[misc]
-    """A path that shows its file where it is the last line of a notebook's cell."""
-
-    def _repr_html_(self) -> str | None:
-        kind = MEDIA.get(self.suffix.lower())
-        if kind is None or not self.is_file():
-            return None
-        source = f"data:{kind};base64,{b64encode(self.read_bytes()).decode()}"
-        return f'<img style="max-width:100%" alt="{self.stem}" src="{source}">'
 
 
 def picture(
@@ -88,7 +75,7 @@ def picture(
     Returns
     -------
     Path
-        The path of the file. A notebook shows what it holds.
+        The path of the file.
 
     Raises
     ------
@@ -124,7 +111,7 @@ def picture(
         first, *others = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
         with written_whole("path", target) as part:
             first.save(part, save_all=True, append_images=others, duration=FRAME_TIME, loop=0, optimize=False)
-        return NotebookPath(path)
+        return target
 
     if time is None:
         number = int(np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1).argmax())
@@ -138,7 +125,7 @@ def picture(
     scene = Scene(motion.isel(time=[number]), show, factor, highest, run, dots=200)
     with written_whole("path", target) as part:
         scene.draw(0).savefig(part, dpi=scene.dots)
-    return NotebookPath(path)
+    return target
 
 
 def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
