@@ -123,8 +123,8 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
     off = np.abs(force - np.nanmedian(force))
     taps, free = list[xr.Dataset](), -np.inf
     for moment in time[off > INCIDENT * np.nanmax(off)]:
-        begin = float(moment) - BEFORE * seconds
         if moment >= free:
-            free = begin + seconds
-            taps += [signal.sel(time=slice(begin, free))] * (begin >= time[0] and free <= time[-1])
+            begin, free = float(moment) - BEFORE * seconds, float(moment) + (1.0 - BEFORE) * seconds
+            if begin >= time[0] and free <= time[-1]:
+                taps.append(signal.sel(time=slice(begin, free)))
     return taps
