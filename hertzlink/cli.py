@@ -6,7 +6,7 @@ What reads cases is loaded by the commands themselves, so that the others stay f
 import errno
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
@@ -30,9 +30,9 @@ FORMATS = ("png", "svg", "pdf")
 """Of figures that are files."""
 
 LATER = {
-    "explore": "commands.explore_command.explore_case",
-    "precice": "commands.precice_command.precice_case",
-    "signal": "commands.signal_command.show_signal",
+    "explore": "commands.explore_case",
+    "precice": "commands.precice_case",
+    "signal": "commands.show_signal",
     "study": "studies.command.run_study",
     "draw": "studies.command.draw_study",
 }
@@ -68,6 +68,19 @@ class Commands(click.Group):
             module, _, name = LATER[cmd_name].rpartition(".")
             self.add_command(getattr(import_module(f"hertzlink.{module}"), name))
         return super().get_command(ctx, cmd_name)
+
+
+class Listing(click.Command):
+    """A command whose help lists what its argument may be, from a function that is called then."""
+
+    def __init__(self, *given: Any, title: str, rows: Callable[[], Iterable[tuple[str, str]]], **settings: Any) -> None:
+        super().__init__(*given, **settings)
+        self.title, self.rows = title, rows
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the rows under their title."""
+        with formatter.section(self.title):
+            formatter.write_dl([*self.rows()])
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -254,18 +267,14 @@ def map_of_case(
     return code
 
 
-class Kinds(click.Command):
-    """The command, whose help lists the kinds of cases with the first line of each."""
+def kinds() -> list[tuple[str, str]]:
+    """Return the kinds of cases with the first line of each."""
+    from hertzlink.cases.templates import KINDS, template
 
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the kinds."""
-        from hertzlink.cases.templates import KINDS, template
-
-        with formatter.section("Kinds"):
-            formatter.write_dl([(kind, template(kind).splitlines()[0].removeprefix("# ")) for kind in KINDS])
+    return [(kind, template(kind).splitlines()[0].removeprefix("# ")) for kind in KINDS]
 
 
-@cli.command(cls=Kinds, short_help="Write a first case file, with comments.")
+@cli.command(cls=Listing, title="Kinds", rows=kinds, short_help="Write a first case file, with comments.")
 @click.argument("kind", metavar="KIND", default="")
 @click.argument("path", metavar="[PATH]", type=click.Path(path_type=Path), required=False)
 def new(kind: str, path: Path | None) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases.case import Build, Case
-from hertzlink.cases.forms import is_list, items_of
+from hertzlink.cases.forms import allowed
 from hertzlink.cases.reader import Call, number
 from hertzlink.cases.source import Fault, Path, entry, parsed, shown, written
 from structures.described import Parameter
@@ -167,8 +167,7 @@ def quantity_of(parameter: Parameter | None) -> Quantity | None:
     """Return the quantity of a number, also of those in a list."""
     if parameter is None or parameter.quantity is not None:
         return None if parameter is None else parameter.quantity
-    lists = [kind for kind, _ in parameter.members or [(parameter.type, ())] if is_list(kind)]
-    return next((found for kind in lists if (found := quantity_of(items_of(kind)[0]))), None)
+    return next((found for row in allowed(parameter).lists if (found := quantity_of(row.item))), None)
 
 
 def words_of(case: Case, path: Path) -> str:

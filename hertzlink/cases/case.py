@@ -169,6 +169,9 @@ class Case:
         for material in new.tree.context.materials.values():
             _ = material.made
         calls, bodies, run = new.all("chain"), new.all("structure"), new.tree.entries["run"]
+        for call in calls:
+            if "layer" in getattr(call.entries.get("damping"), "entries", ()):
+                raise Fault((*call.path, "damping", "layer"), "is for structures; a bead has no layers")
         chains = [call.made for call in calls]
         points = [(number, point) for number, body in enumerate(bodies) for point in range(points_of(body))]
         free = list(points)

@@ -3,7 +3,7 @@
 import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib import import_module
 from types import NoneType
@@ -48,8 +48,8 @@ SPECIAL: dict[Any, "Special"] = {}
 EXTRA: dict[type, dict[str, Any]] = {}
 """Members of families that are not found by what they make, by their kinds."""
 
-COMMON: dict[type, Any] = {}
-"""Functions whose parameters are entries of all that makes an object of a class, read where the table stands."""
+COMMON: dict[type, dict[str, Parameter]] = {}
+"""Entries of all that makes an object of a class, which are no arguments: they are read where the table stands."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Of:
 class Special(NamedTuple):
     """How a table differs from the call of its target.
 
-    make: takes the Call and the entries; its parameters are entries too. without: parameters of the target that have no
-    entry. named: paths of entries to which names in messages belong.
+    make: takes the entries; its parameters are entries too. without: parameters of the target that have no entry.
+    named: paths of entries to which names in messages belong.
     """
 
     make: Callable[..., Any]
@@ -94,11 +94,6 @@ class Form:
     common: frozenset[str]
     special: Special | None
 
-    @property
-    def names(self) -> list[str]:
-        """The names of all entries."""
-        return [*([self.tag] if self.tag else []), *self.entries]
-
 
 @cache
 def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
@@ -107,7 +102,7 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
     entries = {name.rstrip("_"): parameter for name, parameter in of.parameters.items()}
     special = SPECIAL.get(target)
     if special is not None:
-        own = _own(special.make)
+        own = {name: one for name, one in Described(special.make).parameters.items() if name != "others"}
         for name, parameter in own.items():
             if parameter.type is Any and not parameter.notes and name in entries:
                 own[name] = replace(entries[name], default=parameter.default)
@@ -116,17 +111,10 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
     if radius is not None and radius.required:
         radius = replace(radius, default=None)
         entries |= {"radius": radius, "diameter": replace(radius, name="diameter")}
-    common: dict[str, Parameter] = {}
-    if family is not None and of.makes is not NoneType:
-        bases = {family, *getattr(of.makes, "__mro__", ())}
-        common = {name: p for base, function in COMMON.items() if base in bases for name, p in _own(function).items()}
+    bases = () if family is None or of.makes is NoneType else (family, *getattr(of.makes, "__mro__", ()))
+    common = {name: one for base in COMMON if base in bases for name, one in COMMON[base].items()}
     tag = "" if family is None else TAGS[family]
     return Form(target, kind or of.kind, tag, entries | common, frozenset(common), special)
-
-
-def _own(function: Any) -> dict[str, Parameter]:
-    parameters = Described(function).parameters
-    return {name: p for name, p in parameters.items() if name not in ("call", "others")}
 
 
 def members(family: type) -> dict[str, Form]:
@@ -136,15 +124,15 @@ def members(family: type) -> dict[str, Form]:
 
 @cache
 def _members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
-    found: dict[str, Described] = {}
     if family is Bead:
         targets = [of for of in all_described if inspect.isclass(of.target)]
         many = [of for of in targets if {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}]
+    elif family is Structure:
+        many = [of for base in (Structure, Plate) for of in of_family(base) if of.builds]
     else:
-        many = [of for base in (family, *([Plate] if family is Structure else [])) for of in of_family(base)]
+        many = [*of_family(family)]
+    found: dict[str, Described] = {}
     for of in many:
-        if family is Structure and not of.builds:
-            continue
         first = found.get(of.kind)
         if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
             place = getattr(sys.modules.get(of.target.__module__), "__file__", of.target.__module__)
@@ -156,55 +144,55 @@ def _members(family: type, all_described: tuple[Described, ...]) -> dict[str, Fo
     return forms
 
 
-def forms_at(kinds: Sequence[tuple[Any, Sequence[Any]]]) -> tuple[dict[str, dict[str, Form]], list[Form]]:
-    """Return the forms that a table may have, by tag and kind, and those without a kind."""
-    tagged: dict[str, dict[str, Form]] = {}
-    plain: list[Form] = []
-    for kind, notes in kinds:
-        of = next((note.target for note in notes if isinstance(note, Of)), kind)
-        if inspect.isclass(kind) and kind in TAGS:
-            tagged.setdefault(TAGS[kind], {}).update(members(kind))
-        elif of is not kind or (inspect.isclass(kind) and (is_dataclass(kind) or description(kind))):
-            plain.append(form_of(of))
-    if len(plain) > 1 and not {form.target for form in plain} <= {*BY_ENTRIES}:
-        tagged.setdefault("kind", {}).update({form.kind: replace(form, tag="kind") for form in plain})
-        plain = []
-    return tagged, plain
-
-
-def of_hint(hint: Any) -> Parameter:
+def entry_of(hint: Any, default: Any = inspect.Parameter.empty) -> Parameter:
     """Return what an annotation asks for, as a parameter without a name."""
-    return Parameter("", *noted(hint), None, False)
+    return Parameter("", *noted(hint), default, False)
 
 
-def alternatives(parameter: Parameter) -> list[tuple[Any, tuple[Any, ...]]]:
-    """Return the types that a parameter may have, each with its notes."""
-    return parameter.members or [(parameter.type, parameter.notes)]
+class Row(NamedTuple):
+    """A list that an annotation allows: what it becomes, its items (None: any numbers), and how many, if fixed."""
+
+    make: type
+    item: Parameter | None
+    length: int | None
 
 
-def is_array(kind: Any) -> bool:
-    """Return whether an annotation asks for an array."""
-    origin = get_origin(kind)
-    # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
-    return np.ndarray in (origin, get_origin(getattr(origin, "__value__", None)))
+@dataclass
+class Allowed:
+    """What an annotation allows: tables by tag and kind, tables without a kind, lists, tables whose entries have any
+    names, and single values, each with the notes on its type."""
+
+    tagged: dict[str, dict[str, Form]] = field(default_factory=dict)
+    plain: list[Form] = field(default_factory=list)
+    lists: list[Row] = field(default_factory=list)
+    mappings: list[Parameter] = field(default_factory=list)
+    single: list[tuple[Any, tuple[Any, ...]]] = field(default_factory=list)
 
 
-def is_list(kind: Any) -> bool:
-    """Return whether an annotation asks for a list: a sequence, a tuple or an array."""
-    origin = get_origin(kind)
-    return is_array(kind) or (inspect.isclass(origin) and issubclass(origin, Sequence))
-
-
-def is_mapping(kind: Any) -> bool:
-    """Return whether an annotation asks for a table whose entries have any names."""
-    origin = get_origin(kind)
-    return inspect.isclass(origin) and issubclass(origin, Mapping)
-
-
-def items_of(kind: Any) -> tuple[Parameter, int | None]:
-    """Return what the entries of a list or mapping are, and how many a tuple has."""
-    items = [item for item in get_args(kind) if item is not ...]
-    return of_hint(items[-1]), len(items) if get_origin(kind) is tuple and ... not in get_args(kind) else None
+def allowed(parameter: Parameter) -> Allowed:
+    """Return what the annotation of a parameter allows."""
+    found = Allowed()
+    for kind, notes in parameter.members or [(parameter.type, parameter.notes)]:
+        origin, of = get_origin(kind), next((note.target for note in notes if isinstance(note, Of)), None)
+        items = [entry_of(item, None) for item in get_args(kind) if item is not ...]
+        if inspect.isclass(kind) and kind in TAGS:
+            found.tagged.setdefault(TAGS[kind], {}).update(members(kind))
+        elif of or (inspect.isclass(kind) and (is_dataclass(kind) or description(kind))):
+            found.plain.append(form_of(of or kind))
+        # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
+        if np.ndarray in (origin, get_origin(getattr(origin, "__value__", None))):
+            found.lists.append(Row(list, None, None))
+        elif inspect.isclass(origin) and issubclass(origin, Sequence):
+            fixed = origin is tuple and ... not in get_args(kind)
+            found.lists.append(Row(tuple if origin is tuple else list, items[-1], len(items) if fixed else None))
+        elif inspect.isclass(origin) and issubclass(origin, Mapping) and not of:
+            found.mappings.append(items[-1])
+        elif kind in (float, int, str, bool, Any, *OF_MATERIAL):
+            found.single.append((kind, notes))
+    if len(found.plain) > 1 and not {form.target for form in found.plain} <= {*BY_ENTRIES}:
+        found.tagged.setdefault("kind", {}).update({form.kind: replace(form, tag="kind") for form in found.plain})
+        found.plain.clear()
+    return found
 
 
 def asked(parameter: Parameter) -> str:
@@ -216,7 +204,7 @@ def hint_of(parameter: Parameter) -> str:
     """Return what to write for an entry, from its annotation."""
     if asks := asked(parameter):
         return f"give {asks}"
-    if any(kind is Material for kind, _ in alternatives(parameter)):
+    if Material in (parameter.type, *(kind for kind, _ in parameter.members)):
         return 'give a material, such as "aluminium 6061"'
     if (quantity := parameter.quantity) is None:
         return "give it"

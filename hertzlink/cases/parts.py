@@ -7,9 +7,7 @@ from typing import Annotated, Any
 
 from coupling.cosimulation import CoSimulation
 from coupling.plan import Adaptive
-from hertzlink.cases.forms import COMMON, EXTRA, Of, hint_of, in_cases
-from hertzlink.cases.reader import Call
-from hertzlink.cases.source import Fault
+from hertzlink.cases.forms import COMMON, EXTRA, Of, entry_of, form_of, hint_of, in_cases
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
@@ -39,7 +37,7 @@ from structures.quantities import (
     RelaxationTime,
     Time,
 )
-from structures.reduction import reduce as reduced
+from structures.reduction import reduce
 from structures.structure import Structure
 
 MOST_BEADS = 100_000
@@ -48,9 +46,6 @@ BEAD = 'a bead, such as { shape = "sphere", diameter = "4.76 mm", material = "st
 
 Point = tuple[Coordinate, Coordinate]
 Face = Annotated[str, OneOf("front", "back")]
-Reduce = Annotated[
-    bool | Annotated[dict[str, Any], Of(reduced)], Asks("true, false, or a table such as { tolerance = 0.01 }")
-]
 Bar = Annotated[int, Count(1, MOST_BEADS)]
 Number = Annotated[int, Count(0)]
 Sensor = Annotated[int, Count()]
@@ -58,7 +53,6 @@ Sensor = Annotated[int, Count()]
 
 @in_cases(Material)
 def material(
-    call: Call,
     like: Annotated[Material, Asks("the name of a material whose other properties this one has")] | None = None,
     youngs_modulus: Any = None,
     poisson_ratio: Any = None,
@@ -67,36 +61,27 @@ def material(
     **others: Any,
 ) -> Material:
     """A material by its properties, or by those that differ from another one's."""
-    stated = {"youngs_modulus": youngs_modulus, "poisson_ratio": poisson_ratio, "density": density} | others
-    stated = {key: value for key, value in stated.items() if value is not None}
+    needed = {"youngs_modulus": youngs_modulus, "poisson_ratio": poisson_ratio, "density": density}
+    stated = {key: value for key, value in (needed | others).items() if value is not None}
     if like is not None:
         before = {one.name: getattr(like, one.name) for one in fields(Material)}
-        changed = {**before, **stated}
+        changed = before | stated
         return like if changed == before and not name else Material(**changed | {"name": name or f"like {like.name}"})
-    for key in ("youngs_modulus", "poisson_ratio", "density"):
+    for key in needed:
         if key not in stated:
-            hint = hint_of(call.form.entries[key])
-            raise call.refused(key, f"is missing; {hint}, or name another material by like")
+            hint = hint_of(form_of(Material).entries[key])
+            raise ValueError(f"{key}: is missing; {hint}, or name another material by like")
     return Material(**stated, name=name)
 
 
-def many_of_one(count: Bar = 1) -> None:
-    """The entry of a bead: how many of it stand in a row."""
-
-
-COMMON[Bead] = many_of_one
-
-
 @in_cases(SpringLoaded)
-def spring(
-    call: Call, striker: Annotated[Bead, Asks(f"{BEAD}; by default the chain's")] | None = None, **others: Any
-) -> Any:
+def spring(striker: Annotated[Bead, Asks(f"{BEAD}; by default the chain's")] | None = None, **others: Any) -> Any:
     """A spring that throws a striker, by default a bead like the chain's, which `chain` knows."""
     return partial(SpringLoaded, **others) if striker is None else SpringLoaded(striker, **others)
 
 
 @in_cases(computed_law, without=("first", "second"))
-def numerical(call: Call, **others: Any) -> Any:
+def numerical(**others: Any) -> Any:
     """A law by finite elements, for two of the beads, which `chain` knows."""
     return partial(computed_law, **others)
 
@@ -115,7 +100,6 @@ class Seat:
     named={"height": ("drop_height",), "stiffness": ("striker", "stiffness"), "ratio": ("damping", "ratio")},
 )
 def chain(
-    call: Call,
     beads: Annotated[Bar | Sequence[Bead], Asks("a whole number of beads, such as 20, or a list of beads")],
     bead: Annotated[Bead, Asks(BEAD)] | None = None,
     repeat: Bar = 1,
@@ -133,50 +117,34 @@ def chain(
     **others: Any,
 ) -> Chain:
     """A chain from its struck end; `on` and `behind` are for the simulation."""
-    row: list[Any] = [bead] * beads if isinstance(beads, int) else _row(call.entries["beads"])
+    row: list[Any] = [bead] * beads if isinstance(beads, int) else [*beads]
     if row[:1] == [None]:
-        raise call.refused("bead", f"is missing; give {BEAD}")
+        raise ValueError(f"bead: is missing; give {BEAD}")
     if len(row) * repeat > MOST_BEADS:
-        raise call.refused("repeat", f"{repeat} makes {len(row) * repeat} beads; at most {MOST_BEADS}")
+        raise ValueError(f"repeat: {repeat} makes {len(row) * repeat} beads; at most {MOST_BEADS}")
     if damping is not None and modes is None:
-        raise call.refused("damping", "acts inside beads that deform; give modes as well, such as modes = 8")
+        raise ValueError("damping: acts inside beads that deform; give modes as well, such as modes = 8")
     struck_by: Any = {"bead": bead or row[0], "none": None}[striker] if isinstance(striker, str) else striker
     if isinstance(striker, partial):
-        with call.entries["striker"].located():
-            struck_by = striker(striker=bead or row[0])
+        struck_by = striker(striker=bead or row[0])
 
     if drop_height is not None:
         if impact_speed is not None:
-            raise call.refused("drop_height", "gives the impact speed; leave out impact_speed")
+            raise ValueError("drop_height: gives the impact speed; leave out impact_speed")
         impact_speed = drop_speed(drop_height)
     # A chain that nothing strikes may start at rest.
     if impact_speed is None and struck_by is not None and not isinstance(struck_by, Excitation):
-        raise call.refused("impact_speed", 'is missing; give a speed, such as "0.31 m/s", or a drop_height')
+        raise ValueError('impact_speed: is missing; give a speed, such as "0.31 m/s", or a drop_height')
 
     if isinstance(law, partial):
         body = getattr(struck_by, "striker", None) if isinstance(struck_by, Excitation) else struck_by
-        alike = row if body is None else [body, *row]
-        if any(one != alike[0] for one in alike):
-            place = (*call.path, "law", "kind")
-            raise Fault(place, "computes one law, so all beads and the striker must be equal")
-        with call.entries["law"].located():
-            law = law(alike[0], alike[0])
+        if any(one != row[0] for one in (row if body is None else [body, *row])):
+            raise ValueError("law: computes one law, so all beads and the striker must be equal")
+        law = law(row[0], row[0])
     settings = {"impact_speed": impact_speed, "law": law, **others}
     if modes is None:
         return Chain(row * repeat, struck_by, **settings)
     return DeformableChain(row * repeat, struck_by, modes=modes, damping=damping, **settings)
-
-
-def _row(calls: list[Call]) -> list[Any]:
-    """Return the beads of a list; those whose tables say the same are one object."""
-    beads: dict[str, Any] = {}
-    row = []
-    for one in calls:
-        key = repr((one.form.kind, {name: value for name, value in one.entries.items() if name != "count"}))
-        if key not in beads:
-            beads[key] = one.made
-        row += [beads[key]] * one.entries.get("count", 1)
-    return row
 
 
 def nothing() -> None:
@@ -185,44 +153,34 @@ def nothing() -> None:
 
 EXTRA |= {ContactLaw: {"numerical": computed_law}, Structure: {"nothing": nothing}}
 
-
-def any_structure(damping: Sequence[Viscous] = ()) -> None:
-    """The entry of every structure: its losses."""
-
-
-def struck(
-    at: Annotated[
-        Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
-    ],
-    face: Face | Sequence[Face] = "front",
-) -> None:
-    """The entries of every plate: where it is struck."""
-
-
-COMMON |= {Structure: any_structure, Plate: struck}
+Struck = Annotated[
+    Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
+]
+COMMON |= {
+    Bead: {"count": entry_of(Bar, 1)},
+    Structure: {"damping": entry_of(Sequence[Viscous], ())},
+    Plate: {"at": entry_of(Struck), "face": entry_of(Face | Sequence[Face], "front")},
+}
 
 
 @in_cases(StandardLinearSolid)
 def linear_solid(
-    call: Call,
     layer: Annotated[Number, Asks("the layer, or material, of a structure, counted from 0")] | None = None,
     **others: Any,
 ) -> StandardLinearSolid:
     """Zener's standard linear solid, in all of a structure or in one layer, or in beads."""
-    if layer is not None and call.path[0] == "chain":
-        raise call.refused("layer", "is for structures; a bead has no layers")
     return StandardLinearSolid(**others)
 
 
-@in_cases(reduced, without=("structure", "keep_field"))
-def reduction(call: Call, until: RelaxationTime | None = None, **others: Any) -> dict[str, Any]:
+@in_cases(reduce, without=("structure", "keep_field"))
+def reduction(until: RelaxationTime | None = None, **others: Any) -> dict[str, Any]:
     """The settings of `reduce`."""
     return {"until": until, **others}
 
 
 @in_cases(from_matrices, without=("damping",))
 def matrices(
-    call: Call, damping_matrix: Annotated[Any, InFile("a damping matrix", "plate.mtx")] | None = None, **others: Any
+    damping_matrix: Annotated[Any, InFile("a damping matrix", "plate.mtx")] | None = None, **others: Any
 ) -> Structure:
     """A body from the matrices of another program; `damping` are the losses of every structure."""
     return from_matrices(**others, damping=damping_matrix)
@@ -230,7 +188,6 @@ def matrices(
 
 @in_cases(mindlin_panel, without=("shape",))
 def panel(
-    call: Call,
     circle: Annotated[Length, Asks("the radius of a round plate, whose centre is the origin")] | None = None,
     corners: Sequence[Point] | None = None,
     holes: Sequence[Sequence[Point]] = (),
@@ -239,34 +196,35 @@ def panel(
     **others: Any,
 ) -> Plate:
     """A plate of any outline."""
-    shapes = [name for name in ("circle", "corners", "mesh") if name in call.entries]
+    shapes = {name: one for name, one in (("circle", circle), ("corners", corners), ("mesh", mesh)) if one is not None}
     if len(shapes) != 1:
         what = f"give {' or '.join(shapes)} alone" if shapes else "is missing; give corners, circle or mesh"
-        raise call.refused((shapes or ["corners"])[-1], what)
+        raise ValueError(f"{[*shapes, 'corners'][max(0, len(shapes) - 1)]}: {what}")
     around = circle_of(circle) if circle is not None else corners or []
     names: Any = edges if isinstance(edges, str) else tuple(edges or ())
     return mindlin_panel(mesh or Outline(tuple(around), tuple(map(tuple, holes)), names), **others)
 
 
 @in_cases(PointMass, without=("x", "y"))
-def point_mass(call: Call, at: Point, **others: Any) -> PointMass:
+def point_mass(at: Point, **others: Any) -> PointMass:
     """A point mass."""
     return PointMass(*at, **others)
 
 
 @in_cases(CoSimulation.__init__, without=("self", "chain", "structure", "behind"))
 def run(
-    call: Call,
     until: Interval,
     save_every: Interval | None = None,
     window: Interval | None = None,
-    reduce: Reduce = True,
+    reduce: Annotated[
+        bool | Annotated[dict[str, Any], Of(reduce)], Asks("true, false, or a table such as { tolerance = 0.01 }")
+    ] = True,
     adaptive: Adaptive | None = None,
     **others: Any,
 ) -> dict[str, Any]:
     """The record, and how finely it is computed: the settings of CoSimulation."""
     if adaptive is not None and window is not None:
-        raise call.refused("adaptive", "sets the windows; leave out window")
+        raise ValueError("adaptive: sets the windows; leave out window")
     return {"reduce": reduce is not False, "window": adaptive or window, **others}
 
 

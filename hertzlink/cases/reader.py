@@ -13,22 +13,9 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import cached_property
 from pathlib import Path as File
-from typing import Any, get_origin
+from typing import Any
 
-from hertzlink.cases.forms import (
-    OF_MATERIAL,
-    PLACES,
-    Form,
-    alternatives,
-    asked,
-    example_of,
-    forms_at,
-    hint_of,
-    is_array,
-    is_list,
-    is_mapping,
-    items_of,
-)
+from hertzlink.cases.forms import OF_MATERIAL, PLACES, Allowed, Form, Row, allowed, asked, example_of, hint_of
 from hertzlink.cases.source import Fault, Path, entry, shown
 from plates.laminate import OrthotropicMaterial
 from structures.checks import MOST, count_of, nearest
@@ -70,30 +57,26 @@ class Call:
         """What the call makes; a Fault where it is refused."""
         form = self.form
         arguments = {name: made(value) for name, value in self.entries.items() if name not in form.common}
-        if "diameter" in form.entries:
-            given = [name for name in ("radius", "diameter") if name in arguments]
-            if len(given) != 1:
-                what = "give radius or diameter alone" if given else "is missing; give a radius or a diameter"
-                raise self.refused((given or ["radius"])[-1], f'{what}, such as diameter = "4.76 mm"')
-            if given == ["diameter"]:
-                arguments["radius"] = 0.5 * arguments.pop("diameter")
         if "until" in form.entries:
             arguments.setdefault("until", self.context.until)  # of what serves runs of a limited length
         if self.path[:1] == ("materials",) and "name" in form.entries:
             arguments.setdefault("name", str(self.path[-1]))
-        for name, parameter in form.entries.items():
-            if parameter.required and name not in form.common:
-                arguments.setdefault(name, None)  # as the thickness, which a laminate brings
         with self.located():
-            return form.special.make(self, **arguments) if form.special else form.target(**arguments)
+            if "diameter" in form.entries:
+                given = [name for name in ("radius", "diameter") if name in arguments]
+                if len(given) != 1:
+                    what = "give radius or diameter alone" if given else "is missing; give a radius or a diameter"
+                    raise ValueError(f'{(given or ["radius"])[-1]}: {what}, such as diameter = "4.76 mm"')
+                if given == ["diameter"]:
+                    arguments["radius"] = 0.5 * arguments.pop("diameter")
+            for name, parameter in form.entries.items():
+                if parameter.required and name not in form.common:
+                    arguments.setdefault(name, None)  # as the thickness, which a laminate brings
+            return form.special.make(**arguments) if form.special else form.target(**arguments)
 
     def inherits(self, name: str | int) -> bool:
         """Return whether an entry is that of the material which this one is like."""
         return self.form.target in OF_MATERIAL and name not in self.entries
-
-    def refused(self, name: str, reason: str) -> Fault:
-        """Return the fault of an entry."""
-        return Fault((*self.path, name), reason)
 
     def fault(self, message: str) -> Fault:
         """Return the fault that a message such as "thickness = -1: must be positive" is about; of the table where it
@@ -134,47 +117,43 @@ def made(value: Any) -> Any:
     if isinstance(value, Call):
         return value.made
     if isinstance(value, list | tuple):
-        return type(value)(made(item) for item in value)
+        counts = (item.entries.get("count", 1) if isinstance(item, Call) else 1 for item in value)
+        return type(value)(made(item) for item, count in zip(value, counts, strict=True) for _ in range(count))
     return {name: made(item) for name, item in value.items()} if isinstance(value, dict) else value
 
 
 def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
     """Return the checked value that an annotation asks for; a Fault where it asks for another one."""
-    kinds = alternatives(parameter)
-    tagged, plain = forms_at(kinds)
-    lists = [kind for kind, _ in kinds if is_list(kind)]
-    if isinstance(value, dict) and (tagged or plain):
-        return _table(value, tagged, plain, path, context)
-    if isinstance(value, dict) and (mapping := next((kind for kind, _ in kinds if is_mapping(kind)), None)):
+    may, asks = allowed(parameter), asked(parameter)
+    if isinstance(value, dict) and (may.tagged or may.plain):
+        return _table(value, may, path, context)
+    if isinstance(value, dict) and may.mappings:
         if not value and parameter.required:
             raise Fault(path, f"is empty; {hint_of(parameter)}")
-        inner = replace(items_of(mapping)[0], default=inspect.Parameter.empty)
-        return {name: read(item, inner, (*path, name), context) for name, item in value.items()}
-    if isinstance(value, list) and lists:
+        item = replace(may.mappings[0], default=inspect.Parameter.empty)
+        return {name: read(inner, item, (*path, name), context) for name, inner in value.items()}
+    if isinstance(value, list) and may.lists:
         # Of a point and a list of points the nested one is meant by a list of lists.
         nested = bool(value) and isinstance(value[0], list)
-        kind = next((kind for kind in lists if is_list(items_of(kind)[0].type) == nested), lists[0])
-        return _list(value, kind, parameter, path, context)
+        fits = (row for row in may.lists if row.item and bool(allowed(row.item).lists) == nested)
+        return _list(value, next(fits, may.lists[0]), parameter, path, context)
 
-    asks = asked(parameter)
-    single = [(kind, notes) for kind, notes in kinds if kind in (float, int, str, bool, Any, *OF_MATERIAL)]
-    fitting = [pair for pair in single if _fits(value, *pair)]
-    if not fitting and asks and sum(map(bool, (tagged or plain, lists, single))) > 1:
+    fitting = [pair for pair in may.single if _fits(value, *pair)]
+    if not fitting and asks and sum(map(bool, (may.tagged or may.plain, may.lists, may.single))) > 1:
         raise Fault(path, f"{shown(value)} must be {asks}")
-    if single:
-        return _single(value, *(fitting or single)[-1], path, context)
-    if not lists and isinstance(value, str) and value in tagged.get("kind", {}):
+    if may.single:
+        return _single(value, *(fitting or may.single)[-1], path, context)
+    if not may.lists and isinstance(value, str) and value in may.tagged.get("kind", {}):
         raise Fault(path, f'"{value}" must be a table; write {path[-1]} = {{ kind = "{value}" }}')
-    raise Fault(path, f"{shown(value)} must be a {'list' if lists else 'table'}" + (f"; give {asks}" if asks else ""))
+    what = "list" if may.lists else "table"
+    raise Fault(path, f"{shown(value)} must be a {what}" + (f"; give {asks}" if asks else ""))
 
 
-def _table(
-    table: dict[str, Any], tagged: dict[str, dict[str, Form]], plain: list[Form], path: Path, context: Context
-) -> Call:
+def _table(table: dict[str, Any], may: Allowed, path: Path, context: Context) -> Call:
     """Return the call that a table means."""
-    if tagged:
-        tag = next((tag for tag in reversed(tagged) if tag in table), next(iter(tagged)))
-        forms, word = tagged[tag], table.get(tag)
+    if may.tagged:
+        tag = next((tag for tag in reversed(may.tagged) if tag in table), next(iter(may.tagged)))
+        forms, word = may.tagged[tag], table.get(tag)
         if word is None:
             raise Fault((*path, tag), f"is missing; {nearest('', forms, 40)}")
         if not isinstance(word, str) or word not in forms:
@@ -182,10 +161,11 @@ def _table(
             raise Fault((*path, tag), f"{shown(word)} is no {tag}; {nearest(word, forms, 40)}; {cure}")
         form = forms[word]
     else:
-        form = max(plain, key=lambda form: len({*form.entries} & {*table}))
+        form = max(may.plain, key=lambda form: len({*form.entries} & {*table}))
+    names = [form.tag, *form.entries] if form.tag else [*form.entries]
     for name in table:
-        if name not in form.names:
-            raise Fault((*path, name), f"is no entry here; {nearest(name, form.names, 20)}")
+        if name not in names:
+            raise Fault((*path, name), f"is no entry here; {nearest(name, names, 20)}")
     given = {name: value for name, value in table.items() if value is not None and name in form.entries}
     entries = {name: read(value, form.entries[name], (*path, name), context) for name, value in given.items()}
     for name, parameter in form.entries.items():
@@ -197,18 +177,17 @@ def _table(
     return call
 
 
-def _list(value: list[Any], kind: Any, parameter: Parameter, path: Path, context: Context) -> Any:
+def _list(value: list[Any], row: Row, parameter: Parameter, path: Path, context: Context) -> Any:
     """Return the entries of a list; of a tuple as many as it has."""
-    if is_array(kind):
+    make, item, count = row
+    if item is None:
         return value
-    inner, count = items_of(kind)
     least = int(parameter.required) if count is None else count
     if len(value) < least or (count is not None and len(value) > count):
         many, hint = f"{'at least ' if count is None else ''}{least}", hint_of(parameter)
         cure = "" if hint == "give it" else f"; {hint}"
         raise Fault(path, f"{shown(value)} has {count_of(len(value), 'entry')}; must have {many}{cure}")
-    items = [read(one, inner, (*path, i), context) for i, one in enumerate(value)]
-    return tuple(items) if get_origin(kind) is tuple else items
+    return make(read(one, item, (*path, i), context) for i, one in enumerate(value))
 
 
 def _fits(value: Any, kind: Any, notes: Any) -> bool:

@@ -3,19 +3,7 @@
 from inspect import getdoc
 from typing import Any
 
-from hertzlink.cases.forms import (
-    OF_MATERIAL,
-    Form,
-    alternatives,
-    asked,
-    example_of,
-    form_of,
-    forms_at,
-    is_array,
-    is_list,
-    is_mapping,
-    items_of,
-)
+from hertzlink.cases.forms import Form, allowed, asked, example_of, form_of
 from hertzlink.cases.parts import Sections
 from structures.checks import MOST
 from structures.described import Parameter
@@ -63,23 +51,20 @@ def _reference(form: Form, kind: str, definitions: dict[str, Any]) -> dict[str, 
 
 def _value(parameter: Parameter, definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of what an annotation asks for: any of the types that it allows."""
-    kinds = alternatives(parameter)
-    tagged, plain = forms_at(kinds)
-    choices = [_reference(form, name, definitions) for forms in tagged.values() for name, form in forms.items()]
-    choices += [_reference(form, form.kind, definitions) for form in plain]
-    for kind, notes in kinds:
+    may = allowed(parameter)
+    choices = [_reference(form, name, definitions) for forms in may.tagged.values() for name, form in forms.items()]
+    choices += [_reference(form, form.kind, definitions) for form in may.plain]
+    for _, item, count in may.lists:
+        length = {} if count is None else {"minItems": count, "maxItems": count}
+        items = {} if item is None else {"items": _value(item, definitions)}
+        choices.append({"type": "array", **items, **length})
+    for item in may.mappings:
+        choices.append({"type": "object", "additionalProperties": _value(item, definitions)})
+    for kind, notes in may.single:
         words = next((note.words for note in notes if isinstance(note, OneOf)), None)
         quantity = next((note for note in notes if isinstance(note, Quantity)), None)
-        count = next((note for note in notes if isinstance(note, Count)), None)
-        if is_array(kind):
-            choices.append({"type": "array"})
-        elif is_list(kind):
-            item, number = items_of(kind)
-            length = {} if number is None else {"minItems": number, "maxItems": number}
-            choices.append({"type": "array", "items": _value(item, definitions), **length})
-        elif is_mapping(kind) and not plain and not tagged:
-            choices.append({"type": "object", "additionalProperties": _value(items_of(kind)[0], definitions)})
-        elif words:
+        count_note = next((note for note in notes if isinstance(note, Count)), None)
+        if words:
             choices.append({"enum": list(words)})
         elif kind is float:
             what = quantity.noun if quantity else "a number"
@@ -87,9 +72,10 @@ def _value(parameter: Parameter, definitions: dict[str, Any]) -> dict[str, Any]:
                 what += f": a number in {quantity.unit_in_files}, or a text such as {example_of(quantity)}"
             choices.append({"type": ["number", "string"], "description": what})
         elif kind is int:
-            most = {"maximum": count.most} if count and count.most < MOST else {}
-            choices.append({"type": "integer", **({"minimum": count.least} if count else {}), **most})
-        elif kind in (str, bool, *OF_MATERIAL) or (kind is Any and notes):
+            least = {"minimum": count_note.least} if count_note else {}
+            most = {"maximum": count_note.most} if count_note and count_note.most < MOST else {}
+            choices.append({"type": "integer", **least, **most})
+        elif kind is not Any or notes:
             choices.append({"type": "boolean" if kind is bool else "string"})
     unique = [choice for i, choice in enumerate(choices) if choice not in choices[:i]]
     return {"anyOf": unique} if len(unique) > 1 else dict(unique[0]) if unique else {}

@@ -9,7 +9,7 @@ import xarray as xr
 from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, stored
 from coupling.results.reading import read_netcdf
-from hertzlink.cli import FORCE, JOBS, output_option
+from hertzlink.cli import FORCE, JOBS, Listing, output_option
 from hertzlink.output import check_output, deliver
 from hertzlink.studies import STUDIES, Study, captions, draw, study
 from hertzlink.studies.compare import HEAD, compare, table
@@ -76,21 +76,14 @@ FIGURES = click.option(
 )
 
 
-class StudyCommand(click.Command):
-    """The command, whose help lists the studies with what they show, without loading them."""
-
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the studies."""
-        with formatter.section("Studies"):
-            formatter.write_dl(list(STUDIES.items()))
-
-
 def begun(context: click.Context, parameter: click.Parameter, part: str) -> list[str]:
     """Return the studies whose names begin so, for shells that complete what is typed."""
     return [name for name in STUDIES if name.startswith(part)]
 
 
-@click.command("study", cls=StudyCommand, short_help="Run a study of the thesis, or one beyond it.")
+@click.command(
+    "study", cls=Listing, title="Studies", rows=STUDIES.items, short_help="Run a study of the thesis, or one beyond it."
+)
 @click.argument("name", metavar="NAME", shell_complete=begun)
 @click.option("--quick", is_flag=True, help="A coarse version that runs in seconds.")
 @output_option("named as the study")

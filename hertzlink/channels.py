@@ -1,20 +1,16 @@
-"""`hertzlink signal`: what the file of an oscilloscope or recorder holds, before anything is fitted."""
+"""What a file of an oscilloscope or recorder holds, as `hertzlink signal` shows it: a table and a picture."""
 
 from collections.abc import Iterator
 from io import BytesIO
-from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
 
-import click
 import numpy as np
+from matplotlib.figure import Figure
 
-from hertzlink.output import say, show, write_file
-from structures.checks import count_of, existing, positive
+from coupling.signals.overview import COLOURED, Look, Overview
+from hertzlink.reports import default_style
+from structures.checks import count_of
 from structures.units import readable
-
-if TYPE_CHECKING:
-    from coupling.signals.overview import Look, Overview
 
 SHOWN = 8
 """Channels and notes that are shown."""
@@ -29,31 +25,7 @@ REMARKS = {".png": "Comment", ".svg": "Description", ".pdf": "Subject"}
 """Formats of pictures, and the entry of their metadata that holds the remark."""
 
 
-@click.command("signal", short_help="Show what a file of a scope or recorder holds.")
-@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--segment", metavar="NUMBER", type=click.IntRange(min=1), help="The segment of a sequence, from 1 on.")
-@click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
-@click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(file: Path, segment: int | None, interval: float | None, picture: Path | None) -> None:
-    """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
-
-    A picture of the channels is written to the current folder. Nothing is fitted; `hertzlink identify` does that.
-    """
-    from coupling.signals.overview import overview
-
-    name = picture or Path(f"{file.stem}-signal.png")
-    if name.suffix not in REMARKS:
-        raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
-    if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
-        raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
-    seconds = None if interval is None else positive("interval", interval, "s")
-    seen = overview(existing(str(file), file), seconds, segment)
-    show(table(seen))
-    write_file(name, drawn(seen, name.suffix))
-    say(f"written: {name}")
-
-
-def table(seen: "Overview") -> str:
+def table(seen: Overview) -> str:
     """Return the channels of a file as lines of at most 80 columns."""
     first = seen.looks[0]
     step = float(first.time[1] - first.time[0])
@@ -82,10 +54,8 @@ def table(seen: "Overview") -> str:
     return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
 
 
-def remarks(look: "Look") -> Iterator[str]:
+def remarks(look: Look) -> Iterator[str]:
     """Yield what may mislead a fit."""
-    from coupling.signals.overview import COLOURED
-
     span = float(np.nanmax(look.values) - np.nanmin(look.values))
     if look.clipped:
         yield f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range"
@@ -99,14 +69,10 @@ def remarks(look: "Look") -> Iterator[str]:
         yield f"only {count_of(round(span / look.step), 'step')} of the digitiser: use a narrower range"
 
 
-def drawn(seen: "Overview", suffix: str) -> bytes:
+def drawn(seen: Overview, suffix: str) -> bytes:
     """Return a picture of the channels, one above the other."""
-    from matplotlib import rc_context, rcdefaults
-    from matplotlib.figure import Figure
-
     looks, content = seen.looks[:SHOWN], BytesIO()
-    with rc_context():
-        rcdefaults()
+    with default_style():
         figure = Figure(figsize=(8.0, 1.2 + 1.6 * len(looks)), layout="constrained")
         axes = figure.subplots(len(looks), sharex=True, squeeze=False)[:, 0]
         for axis, look in zip(axes, looks, strict=True):
