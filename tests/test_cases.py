@@ -21,7 +21,6 @@ import hertzlink as hl
 from coupling.inference.identification import unknowns_of
 from coupling.results.findings import findings_of
 from coupling.results.provenance import as_text
-from hertzlink.cases.axes import budget_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.forms import example_of
 from hertzlink.cases.identification import question_of
@@ -29,8 +28,8 @@ from hertzlink.cases.maps import grid_of
 from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
 from hertzlink.cases.source import Fault, as_toml, line_of, parsed, written
-from hertzlink.cases.tables import Table
-from hertzlink.cases.tasks import run_both, task_of
+from hertzlink.cases.sweeps import budget_of
+from hertzlink.cases.tasks import Table, run_both, task_of
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cli import main
 from structures.described import registered

@@ -17,11 +17,10 @@ from coupling.results.provenance import versions
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
 from coupling.sweeps.store import Store
-from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case
 from hertzlink.cases.identification import NOT_IDENTIFIED, fit, question_of, signal_of
-from hertzlink.cases.tables import WIDTH, Answer, Table
-from hertzlink.cases.tasks import sensors_of
+from hertzlink.cases.sweeps import path_of, si_value
+from hertzlink.cases.tasks import WIDTH, Answer, Table, sensors_of
 from structures.checks import count_of
 
 

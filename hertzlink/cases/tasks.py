@@ -1,19 +1,26 @@
-"""The task of a case: one run, a sweep over axes, or a search for the critical distance."""
+"""The task of a case: one run, a sweep over axes, or a search for the critical distance; and its results as tables.
 
+What belongs to sweeps alone is loaded from `sweeps` where a case has one.
+"""
+
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import product
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.numerical_error import numerical_error
-from coupling.inference.uncertainty import uncertainty
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
-from coupling.results.measures import sensor_force
+from coupling.results.measures import energy_error, sensor_force
+from coupling.results.waves import ABOVE_ONE, NoWaveError
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from coupling.yield_check import is_of_yield
@@ -22,9 +29,20 @@ from hertzlink.cases.source import Fault, Path, entry, written
 from structures.caution import caution, collected
 
 if TYPE_CHECKING:
-    from hertzlink.cases.axes import Axis
+    from hertzlink.cases.sweeps import Axis
 
 FEWEST_DISTANCES = 3
+
+WIDTH = 80
+
+MOST_ROWS = 40
+"""Rows of a table on the terminal; the file has all."""
+
+HEADS = {
+    "sensor": "bead", "force (N)": "peak, N", "arrival (s)": "arrival, µs", "amplitude ratio": "AR",
+    "time of flight (s)": "TOF, µs", "secondary amplitude ratio": "AR, 2nd", "secondary time of flight (s)": "TOF, µs",
+}  # fmt: skip
+"""Columns of files, and their heads on the terminal."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +95,7 @@ def task_of(case: Case) -> Task:
     """Return the task of a case; a Fault for what does not fit together."""
     measure, task = case.measure, Task(case, ())
     if case.tree.entries.get("sweep") or "sensitivities" in case.tree.entries:
-        from hertzlink.cases.axes import axes_of, budget_of
+        from hertzlink.cases.sweeps import axes_of, budget_of
 
         task = Task(case, axes_of(case))
         if "sensitivities" in case.tree.entries:
@@ -173,31 +191,14 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
                 with case.located():
                     data = numerical_error(case.simulation, case.until, sensor).noted_in(data)
             if "sensitivities" in case.tree.entries:
-                data = _with_budget(case, data, sensor)
+                from hertzlink.cases.sweeps import with_budget
+
+                data = with_budget(case, data, sensor)
     for axis in task.axes:
         words = {"path": written(axis.path), "long_name": axis.words}
         name = "distance" if axis is task.along else axis.name
         data[name].attrs.update(words | ({"units": axis.si} if axis.si else {}))
     return data.assign_attrs(case=case.to_toml())
-
-
-def _with_budget(case: Case, data: xr.Dataset, sensor: int) -> xr.Dataset:
-    """Return a run with the budget of AR and TOF at a sensor, without the findings that the run has already."""
-    from hertzlink.cases.axes import budget_of
-
-    build, inputs = budget_of(case)
-    findings, spreads = findings_of(data), dict[str, Any](inputs)
-    with case.located(), collected() as said:
-        try:
-            budget = uncertainty(build, case.until, sensor, **spreads)
-        except ValueError as error:
-            key, _, reason = str(error).partition(": ")
-            raise Fault(("sensitivities", key), reason) if key in inputs else error from error
-    for message in said:
-        if message not in findings:
-            caution(message)
-    new = [warning for warning in budget.warnings if warning not in findings]
-    return replace(budget, warnings=new).noted_in(data, sensor)
 
 
 def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
@@ -228,3 +229,155 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
     for message in dict.fromkeys(said):
         caution(message)
     return data, yielded
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: the file with its numbers in SI units, and what is shown of it: texts, in the units of the user.
+
+    A table without `shown` is a file alone.
+    """
+
+    file: str
+    data: pd.DataFrame
+    shown: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    def csv(self) -> str:
+        """Return a CSV file; numbers have all their digits, and what is unknown is empty."""
+
+        def cell(value: Any) -> Any:
+            # An apostrophe keeps spreadsheets from taking the text of a user for a formula.
+            return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t")) else value
+
+        text: str = self.data.map(cell).to_csv(index=False, header=[*map(cell, self.data.columns)], lineterminator="\n")
+        return text
+
+    def lines(self) -> list[str]:
+        """Return the lines of the table, numbers to the right; what is left out is said to be in the file.
+
+        Of a table that is too wide the heads have two lines, or else each row is a sentence.
+        """
+        head, rows = [*self.shown.columns], self.shown.values.tolist()[:MOST_ROWS]
+        left_out = len(self.shown) - MOST_ROWS
+        more = [f"... and {left_out} more in {self.file}"] if left_out > 0 else []
+        halves = [(words.rpartition(" ")[::2] if " " in words else ("", words)) for words in head]
+        for heads in ([head], list(zip(*halves, strict=True))):
+            widths = [max(map(len, column)) for column in zip(*heads, *rows, strict=True)]
+            lines = [
+                "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (*heads, *rows)
+            ]
+            if len(lines[0]) <= WIDTH:
+                return [*lines[: len(heads)], "-" * len(lines[0]), *lines[len(heads) :], *more]
+        texts = ["; ".join(f"{name}: {cell}" for name, cell in zip(head, row, strict=True)) for row in rows]
+        return [*(fill(text, WIDTH, subsequent_indent="  ") for text in texts), *more]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command on a case gives: its result, tables, and lines below the first one.
+
+    yielded: the result with a law of yielding. sketched: what is drawn where the result does not hold it. others: files
+    that are no tables, by name. code: the exit code.
+    """
+
+    data: xr.Dataset
+    tables: list[Table]
+    below: list[str] = field(default_factory=list)
+    title: str = ""
+    yielded: xr.Dataset | None = None
+    sketched: CoSimulation | None = None
+    others: dict[str, str] = field(default_factory=dict)
+    code: int = 0
+
+    @property
+    def text(self) -> str:
+        """The text for the terminal."""
+        title = [fill(self.title, WIDTH), ""] if self.title else []
+        return "\n".join([*title, *self.tables[0].lines(), *self.below])
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The files by name."""
+        return {table.file: table.csv() for table in self.tables} | self.others
+
+
+def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> Answer:
+    """Return the tables of a task's result. yielded: the result with a law of yielding."""
+    tables_of = _run
+    if task.axes:
+        from hertzlink.cases.sweeps import critical_tables, sweep_tables
+
+        tables_of = sweep_tables if task.along is None else critical_tables
+    tables, below = tables_of(task, data)
+    if yielded is not None:
+        with collected():  # The warnings of a run are those of its elastic contacts.
+            others, _ = tables_of(task, yielded)
+        tables = [table for pair in zip(tables, others, strict=True) for table in _of_both_laws(*pair)]
+        below.insert(0, fill(f"fresh spot: there the metal yields; computed with {YIELDING}", WIDTH))
+    return Answer(data, tables, below, task.case.title, yielded)
+
+
+def _of_both_laws(elastic: Table, yielding: Table) -> list[Table]:
+    """Return the table of both contact laws: a last column says which one a row is of. Traces, whose times differ, are
+    two tables."""
+    if elastic.file == "traces.csv":
+        return [elastic, Table("traces_yielding.csv", yielding.data)]
+    laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
+    data = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
+    shown = pd.DataFrame()
+    if len(elastic.shown):
+        differs = (elastic.shown != yielding.shown).any(axis=1)
+        rows = elastic.shown.assign(contacts="elastic"), yielding.shown[differs].assign(contacts="fresh spot")
+        shown = pd.concat(rows).sort_index(kind="stable")
+    return [Table(elastic.file, data, shown)]
+
+
+def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    """Return the waves and the traces of a run."""
+    chains = range(len(task.case.all("chain")))
+    traces, rows = {"time (s)": data.time.values}, []
+    for chain, sensor in product(chains, task.sensors):
+        if sensor > count_of_beads(task.case, chain):
+            continue
+        run = of_chain(data, chain)
+        of = f" of chain {chain}" if len(chains) > 1 else ""
+        traces[f"force at bead {sensor}{of} (N)"] = sensor_force(run, sensor).values
+        try:
+            waves: Any = reflections(run, sensor)
+        except NoWaveError:  # as in a chain that nothing strikes
+            waves = None
+        for name in ("incident", "primary", "secondary"):
+            wave = getattr(waves, name, None)
+            measures = [np.nan] * 4
+            if wave:
+                of_incident = (1.0, 0.0) if name == "incident" else (wave.amplitude_ratio, wave.time_of_flight)
+                measures = [wave.amplitude, wave.arrival, *of_incident]
+            rows.append([chain, sensor, name, *measures])
+    columns = ["chain", "sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
+    frame = pd.DataFrame(rows, columns=columns)
+    if len(chains) == 1:
+        frame = frame.drop(columns="chain")
+
+    below = [*above_one(frame), f"energy created or lost: {float(energy_error(data)):.1e} of the impact's"]
+    below += ["\n" + error["text"] for error in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
+    for sensor, budget in json.loads(data.attrs.get(UNCERTAINTY, "{}")).items():
+        below += [f"\nuncertainty at bead {sensor}, with the share of each entry", budget["text"]]
+    return [Table("waves.csv", frame, shown_of(frame)), Table("traces.csv", pd.DataFrame(traces))], below
+
+
+def above_one(frame: pd.DataFrame) -> list[str]:
+    """Return a remark where an AR exceeds 1."""
+    return [fill(f"AR {ABOVE_ONE}", WIDTH)] if (frame.filter(like="amplitude ratio") > 1.0).any(axis=None) else []
+
+
+def shown_of(frame: pd.DataFrame, task: Task | None = None) -> pd.DataFrame:
+    """Return the columns of a file as texts: times in µs, and the axes of a task, which come first, in their units."""
+    axes = [] if task is None else task.axes
+    texts = [frame.iloc[:, i].map(axis.shown) for i, axis in enumerate(axes)]
+    for name in frame.columns[len(axes) :]:
+        micro = name.endswith("(s)")
+        number = (lambda value: f"{1e6 * value:.2f}") if micro else (lambda value: f"{value:.4g}")
+        measured = frame[name].dtype == float
+        texts.append(frame[name].map(number).replace("nan", "-") if measured else frame[name].astype(str))
+    heads = [axis.head for axis in axes] + [HEADS.get(name, name) for name in frame.columns[len(axes) :]]
+    return pd.concat(texts, axis=1).set_axis(heads, axis=1)

@@ -1,19 +1,29 @@
-"""Entries of a case that vary: the axes of [sweep], and those of [sensitivities] with their uncertainties."""
+"""Entries of a case that vary: the axes of [sweep], tables of their results, and entries that are uncertain."""
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
-from itertools import pairwise
+from itertools import pairwise, product
 from math import floor, isnan, prod
+from textwrap import fill
 from typing import Any
 
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from coupling.inference.uncertainty import uncertainty
 from coupling.plots.canvas import in_words
+from coupling.results.findings import findings_of
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases.case import Build, Case
 from hertzlink.cases.forms import allowed
 from hertzlink.cases.reader import Call, number
 from hertzlink.cases.source import Fault, Path, entry, parsed, shown, written
+from hertzlink.cases.tasks import WIDTH, Table, Task, above_one, shown_of
+from structures.caution import caution, collected
+from structures.checks import count_of
 from structures.described import Parameter
 from structures.quantities import Quantity
 from structures.units import NUMBER, PARTS, factor, spread_of
@@ -185,6 +195,67 @@ def words_of(case: Case, path: Path) -> str:
     return " ".join(words)
 
 
+def sweep_tables(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    """Return the points of a sweep, and its traces: a column for each run and sensor."""
+    names = ["amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight"]
+    order = [*(axis.name for axis in task.axes), "sensor"]
+    frame = data[names].to_dataframe(order).reset_index()[[*order, *names]]
+    measures = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
+    frame.columns = pd.Index([*(axis.column for axis in task.axes), "bead", *measures])
+    shown = shown_of(frame, task)
+    if frame[measures[2]].isna().all():  # no second wave
+        shown = shown.iloc[:, :-2]
+    tables = [Table("points.csv", frame, shown)]
+    if "sensor_force" in data:
+        forces = data.sensor_force.transpose("time", *order).values.reshape(data.time.size, -1)
+        heads = []
+        for *texts, sensor in shown.values[:, : len(order)].tolist():
+            where = "".join(f", {axis.head} {text}" for axis, text in zip(task.axes, texts, strict=True))
+            heads.append(f"force at bead {sensor}{where} (N)")
+        traces = pd.DataFrame(np.column_stack([data.time.values, forces]), columns=["time (s)", *heads])
+        tables.append(Table("traces.csv", traces))
+    return tables, above_one(frame)
+
+
+def critical_tables(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    """Return the critical distances, and AR at all distances that were run."""
+    along, wanted = task.along, task.case.measure.critical_distance
+    assert along is not None
+    assert wanted is not None
+    rows, cells, samples, remarks = [], [], [], set()
+    for places in product(*(range(len(axis.values)) for axis in task.others)):
+        at = data.isel({axis.name: i for axis, i in zip(task.others, places, strict=True)})
+        values = [axis.values[i] for axis, i in zip(task.others, places, strict=True)]
+        low, high = (float(end) for end in at.bracket)
+        critical, far = float(at.critical_distance), float(at.far_value)
+        rows.append([*values, critical, low, high, far, wanted.tolerance])
+        if bool(at.lower_bound):
+            remarks.add("> : AR does not settle within the distances or the record; the true one is larger")
+        if low == 0.0:
+            remarks.add("< : AR is within the tolerance at all distances; give smaller ones")
+        best, *ends = (along.shown(number, 4) for number in (critical, low, high))
+        best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
+        texts = [axis.shown(value) for axis, value in zip(task.others, values, strict=True)]
+        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", f"{far:.4f}"])
+        for i in np.flatnonzero(at.sampled.values.astype(bool)):
+            sample = at.isel(distance=int(i))
+            samples.append([*values, *map(float, (sample.distance, sample.amplitude_ratio, sample.time_of_flight))])
+
+    unit = f", {along.unit}" if along.unit else ""
+    head = [*(axis.head for axis in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
+    others, distance = [axis.column for axis in task.others], f"distance ({along.si})"
+    columns = [*others, f"critical {distance}", "low (m)", "high (m)", "AR far away", "tolerance of AR"]
+    curve = [*others, distance, "amplitude ratio", "time of flight (s)"]
+    tables = [
+        Table("critical_distance.csv", pd.DataFrame(rows, columns=columns), pd.DataFrame(cells, columns=head)),
+        Table("points.csv", pd.DataFrame(samples, columns=curve)),
+    ]
+    below = [fill(remark, WIDTH) for remark in sorted(remarks)]
+    below.append(f"beyond the critical distance AR stays within ± {wanted.tolerance:g} of AR far away")
+    below.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
+    return tables, below
+
+
 def budget_of(case: Case) -> tuple[Build, dict[str, tuple[float, float]]]:
     """Return what builds the case from the entries of [sensitivities], and their values and standard uncertainties."""
     case.only_chain("an uncertainty budget")
@@ -214,3 +285,20 @@ def budget_of(case: Case) -> tuple[Build, dict[str, tuple[float, float]]]:
             raise Fault(place, f'{shown(text)} must be a standard uncertainty, such as "0.02 mm" or "2 %"')
         paths[key], units[key], inputs[key] = path, unit, (value, spread)
     return Build(case, paths, units), inputs
+
+
+def with_budget(case: Case, data: xr.Dataset, sensor: int) -> xr.Dataset:
+    """Return a run with the budget of AR and TOF at a sensor, without the findings that the run has already."""
+    build, inputs = budget_of(case)
+    findings, spreads = findings_of(data), dict[str, Any](inputs)
+    with case.located(), collected() as said:
+        try:
+            budget = uncertainty(build, case.until, sensor, **spreads)
+        except ValueError as error:
+            key, _, reason = str(error).partition(": ")
+            raise Fault(("sensitivities", key), reason) if key in inputs else error from error
+    for message in said:
+        if message not in findings:
+            caution(message)
+    new = [warning for warning in budget.warnings if warning not in findings]
+    return replace(budget, warnings=new).noted_in(data, sensor)
