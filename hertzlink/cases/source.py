@@ -135,12 +135,11 @@ def _value(value: Any) -> str:
 class Source:
     """The data of a case, and where they come from.
 
-    name: the file, as the user typed it. texts: name and text of each file, from the one that the user typed to the
-    last one that is extended. changed: paths of entries that the command line sets.
+    texts: name and text of each file, from the one that the user named to the last one that is extended. changed: paths
+    of entries that the command line sets.
     """
 
     data: dict[str, Any]
-    name: str
     texts: list[tuple[str, str]]
     changed: list[Path] = field(default_factory=list)
 
@@ -156,7 +155,7 @@ class Source:
                 if line := line_of(text, at):
                     return CaseError(f"{name}:{line}: {fault}")
             at = at[:-1]
-        return CaseError(f"{self.name}: {fault}")
+        return CaseError(f"{self.texts[0][0]}: {fault}")
 
     def change(self, change: str) -> None:
         """Apply path=value, as given to --set."""
@@ -194,7 +193,7 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
         if not (file.parent / base).is_file():
             raise one.error(Fault(("extends",), f'there is no file "{base}" in {file.parent}'))
         name, file = str(File(name).parent / base), file.parent / base
-        if file.resolve() in [File(above.name).resolve() for above in files]:
+        if file.resolve() in [File(above.texts[0][0]).resolve() for above in files]:
             raise one.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
 
     data: dict[str, Any] = {}
@@ -209,7 +208,7 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
                 of = f'of "{below}", such as "sweep"' if below else "of another case; give extends as well"
                 raise one.error(Fault(("without", i), f"{short(left_out)} is no entry {of}")) from None
         _merge(data, {key: value for key, value in one.data.items() if key not in ("extends", "without")})
-    source = Source(data, str(path), [text for one in files for text in one.texts])
+    source = Source(data, [text for one in files for text in one.texts])
     for change in changes:
         source.change(change)
     return source
@@ -249,7 +248,7 @@ def _read(name: str, path: File) -> Source:
         raise CaseError(_syntax(name, str(error), text)) from None
     # A title, or the file that is extended, stays as it is.
     inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
-    return Source(data | _with_whole_paths(inside, path.resolve().parent), name, [(name, text)])
+    return Source(data | _with_whole_paths(inside, path.resolve().parent), [(name, text)])
 
 
 def _with_whole_paths(value: Any, folder: File) -> Any:
@@ -273,7 +272,7 @@ def _with_whole_paths(value: Any, folder: File) -> Any:
 
 def line_of(text: str, path: Path) -> int:
     """Return the line of an entry of valid TOML, counted from 1, or 0: it ends the fewest lines that hold the entry."""
-    rows = text.splitlines()
+    rows = text.split("\n")
 
     def holds(count: int) -> bool:
         for fewer in range(count, 0, -1):
@@ -293,7 +292,7 @@ def _syntax(name: str, message: str, text: str) -> str:
     words, _, place = message.partition(" (at ")
     if words.startswith("Exceeds"):
         return f"{name}: {words}"
-    rows, number = text.splitlines() or [""], re.match(r"line (\d+)", place)
+    rows, number = text.split("\n"), re.match(r"line (\d+)", place)
     line = int(number[1]) if number else len(rows)
     # Outside of quotes and comments.
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
