@@ -106,8 +106,8 @@ def of_case(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def command(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], **others: Any) -> Any:
+        from hertzlink.cases import Fault
         from hertzlink.cases.case import read
-        from hertzlink.cases.source import Fault
 
         full_case, source = read(case, changes, parts)
         try:
@@ -340,7 +340,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         words, code = (reason if place is None else f"{place}: {reason}"), WRONG_INPUT
     except ValueError as error:
         words, code = str(error), WRONG_INPUT
-        from hertzlink.cases.source import CaseError
+        from hertzlink.cases import CaseError
 
         # The message of a case begins with its file and line, where editors look for them.
         if isinstance(error, CaseError):

@@ -112,7 +112,7 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
     from coupling.ports.precice import precice_configuration, run_in_precice
     from coupling.results.ar_and_tof import reflections
     from coupling.results.provenance import provenance
-    from hertzlink.cases.source import Fault
+    from hertzlink.cases import Fault
     from hertzlink.cases.tasks import task_of
     from structures.moving import MovingStructure
 

@@ -12,8 +12,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from hertzlink.cases import CaseError, Fault, as_toml
 from hertzlink.cases.case import read
-from hertzlink.cases.source import CaseError, Fault, as_toml
 from hertzlink.cases.tasks import task_of
 from structures.caution import collected
 

@@ -12,8 +12,8 @@ import pytest
 import skfem
 from skfem.io.meshio import to_meshio
 
+from hertzlink.cases import Fault
 from hertzlink.cases.case import Case, read
-from hertzlink.cases.source import Fault
 from hertzlink.cases.tasks import task_of
 from hertzlink.cases.templates import template
 from hertzlink.cli import main
@@ -146,7 +146,7 @@ WRONG_RODS = [
     ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be a positive number of s'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor, parallel"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 us"\nadaptive = { tolerance = 1e-4 }', 17, "run.adaptive: sets the windows; leave out window"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "aitkin" }', 16, 'run.scheme.kind: "aitkin" is no kind; did you mean aitken?'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nreduce = "yes"', 16, 'run.reduce: "yes" must be true, false, or a table'),

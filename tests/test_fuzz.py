@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 from test_docstrings import PUBLIC
 
-from hertzlink.cases.source import CaseError
+from hertzlink.cases import CaseError
 
 QUICK, MANY = 200, 1_500
 """Calls of the quick and of the thorough test."""

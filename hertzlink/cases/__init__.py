@@ -1,4 +1,322 @@
-"""Case files: a chain, a structure and what to do with them, as TOML; see docs/cases.md.
+"""Case files (docs/cases.md): a file and what it extends as one tree of data, paths of entries, and faults with lines.
 
-pint is loaded with the modules of this package, so only by the commands that read cases.
+pint is loaded with the other modules of this package, so only by the commands that read cases.
 """
+
+import json
+import math
+import os
+import re
+import tomllib
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from pathlib import Path as File
+from typing import Any
+
+from structures.checks import count_of, short
+from structures.units import in_si
+
+Path = tuple[str | int, ...]
+
+PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
+
+# Bytes of a file, so that the longest force history fits; letters of a list in one line.
+LARGEST, WIDTH = 1_000_000, 110
+
+CHANGE = "--set"
+
+ENDS = ("", "\n]", "\n]]", "\n]}", "\n]}]", '"""', "'''")
+"""What completes the first lines of a file: an entry may go on over several lines in lists and long texts alone."""
+
+QUANTITY = r"[-+]?[\d_.]+(?:[eE][-+]?\d+)? ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*"
+
+
+class Fault(ValueError):
+    """A fault at a path of a case."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(path, reason)
+        self.path, self.reason = path, " ".join(reason.split())
+
+    def __str__(self) -> str:
+        return f"{written(self.path)}: {self.reason}" if self.path else self.reason
+
+
+class CaseError(ValueError):
+    """A fault with its place: `case.toml:12: structure.thickness: must be ...`, complete as it stands."""
+
+
+def parsed(text: str) -> Path:
+    """Return the path that a text names; raise a ValueError for a text that names none."""
+    parts = list(PART.finditer(text))
+    if not parts or parts[0][3] or "".join(part[0] for part in parts) != text:
+        raise ValueError(f'"{text}" is no path of an entry; write it as structure.layers[1].material')
+    return tuple(int(part[3]) if part[3] else part[2] if part[1] is None else part[1] for part in parts)
+
+
+def written(path: Sequence[str | int]) -> str:
+    """Return the path as text."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{_key(part)}" for part in path).removeprefix(".")
+
+
+def entry(data: Any, path: Sequence[str | int]) -> Any:
+    """Return the entry at a path; None where there is none."""
+    for part in path:
+        inside = isinstance(data, Mapping) and part in data
+        if not inside and not (isinstance(data, list) and isinstance(part, int) and part < len(data)):
+            return None
+        data = data[part]
+    return data
+
+
+def put(data: dict[str, Any], path: Path, value: Any) -> None:
+    """Set the entry at a path, in tables that are made where they are missing; a ValueError where that is impossible.
+
+    The name of a material becomes a table like it, so that one of its properties can be set.
+    """
+    at: Any = data
+    for i, part in enumerate(path):
+        before, number = written(path[:i]), isinstance(part, int)
+        fits = isinstance(at, list) if number else isinstance(at, dict)
+        if not fits:
+            raise ValueError(f"{before} is no {'list' if number else 'table'}, so it has no entry {written((part,))}")
+        if isinstance(part, int) and part >= len(at):
+            raise ValueError(f"{before} has {count_of(len(at), 'entry')}, counted from 0, so no entry [{part}]")
+        if i + 1 == len(path):
+            at[part] = value
+        elif isinstance(part, int):
+            at = at[part]
+        else:
+            if part == "material" and isinstance(at.get(part), str):
+                at[part] = {"like": at[part]}
+            at = at.setdefault(part, {})
+
+
+def shown(value: Any) -> str:
+    """Return a value as TOML writes it, in short."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, str):
+        return f'"{value}"' if len(value) < 60 else f'"{value[:60]}…"'
+    return str(value).lower() if isinstance(value, bool) else short(value)
+
+
+def as_toml(data: Mapping[str, Any]) -> str:
+    """Return the text of a case: one section for each table at the top, tables inside them in braces."""
+    tables = {name: table for name, table in data.items() if isinstance(table, Mapping)}
+    lines = _pairs({name: value for name, value in data.items() if name not in tables})
+    for name, table in tables.items():
+        lines += ["", f"[{_key(name)}]", *_pairs(table)]
+    return "\n".join(lines).strip() + "\n"
+
+
+def _pairs(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(name)} = {_value(value)}" for name, value in table.items() if value is not None]
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
+
+
+def _value(value: Any) -> str:
+    """Return a value as text. Numbers keep all their digits."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_pairs(value))} }}" if value else "{}"
+    if isinstance(value, list | tuple):
+        items = [_value(item) for item in value if item is not None]
+        text = f"[{', '.join(items)}]"
+        return text if len(text) <= WIDTH else "[\n    " + ",\n    ".join(items) + ",\n]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    # TOML has the escapes of JSON; DEL is the one letter that JSON leaves as it is and TOML refuses.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+@dataclass
+class Source:
+    """The data of a case, and where they come from.
+
+    texts: name and text of each file, from the one that the user named to the last one that is extended. changed: paths
+    of entries that the command line sets.
+    """
+
+    data: dict[str, Any]
+    texts: list[tuple[str, str]]
+    changed: list[Path] = field(default_factory=list)
+
+    def error(self, fault: Fault) -> CaseError:
+        """Return the fault with its place: that of the deepest entry on its path."""
+        if any(fault.path[: len(path)] == path for path in self.changed):
+            return CaseError(f"{CHANGE} {fault}")
+        at = fault.path
+        while at and entry(self.data, at) is None:
+            at = at[:-1]
+        while at:
+            for name, text in self.texts:
+                if line := line_of(text, at):
+                    return CaseError(f"{name}:{line}: {fault}")
+            at = at[:-1]
+        return CaseError(f"{self.texts[0][0]}: {fault}")
+
+    def change(self, change: str) -> None:
+        """Apply path=value, as given to --set."""
+        name, equals, text = change.partition("=")
+        if not equals:
+            raise CaseError(f'{CHANGE} {change}: has no "="; write --set structure.thickness="1 mm"')
+        try:
+            value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
+        except (KeyError, ValueError):
+            value = text.strip()  # as a shell leaves it of "1 mm"
+        except RecursionError:
+            raise CaseError(f"{CHANGE} {name}: is nested too deeply") from None
+        try:
+            path = parsed(name.strip())
+            if path == ("extends",):
+                raise ValueError("a change cannot extend another case")
+            put(self.data, path, _with_whole_paths(value, File.cwd()) if path[1:] else value)
+        except ValueError as error:
+            raise error if isinstance(error, CaseError) else CaseError(f"{CHANGE} {change}: {error}") from None
+        self.changed.append(path)
+
+
+def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
+    """Read a case file with what it extends, and apply changes of the form path=value; a CaseError for faults."""
+    files: list[Source] = []
+    name, file = str(path), File(path)
+    while True:
+        one = _read(name, file)
+        files.append(one)
+        base = one.data.get("extends")
+        if base is None:
+            break
+        if not isinstance(base, str) or not base:
+            raise one.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
+        if not (file.parent / base).is_file():
+            raise one.error(Fault(("extends",), f'there is no file "{base}" in {file.parent}'))
+        name, file = str(File(name).parent / base), file.parent / base
+        if file.resolve() in [File(above.texts[0][0]).resolve() for above in files]:
+            raise one.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
+
+    data: dict[str, Any] = {}
+    for one in reversed(files):
+        without = one.data.get("without", [])
+        for i, left_out in enumerate(without if isinstance(without, list) else [without]):
+            try:
+                at = parsed(left_out)
+                del entry(data, at[:-1])[str(at[-1])]
+            except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
+                below = one.data.get("extends")
+                of = f'of "{below}", such as "sweep"' if below else "of another case; give extends as well"
+                raise one.error(Fault(("without", i), f"{short(left_out)} is no entry {of}")) from None
+        _merge(data, {key: value for key, value in one.data.items() if key not in ("extends", "without")})
+    source = Source(data, [text for one in files for text in one.texts])
+    for change in changes:
+        source.change(change)
+    return source
+
+
+def _merge(below: dict[str, Any], above: Mapping[str, Any]) -> None:
+    """Put the data of a file over those of one that it extends: tables entry by entry, all else as a whole."""
+    for name, value in above.items():
+        old: Any = below.get(name)
+        # A table of another kind replaces the whole table.
+        same = isinstance(old, dict) and isinstance(value, dict)
+        if same and all(value.get(tag, old.get(tag)) == old.get(tag) for tag in ("kind", "shape")):
+            _merge(old, value)
+        else:
+            below[name] = deepcopy(value)
+
+
+def _read(name: str, path: File) -> Source:
+    """Read one file."""
+    try:
+        with path.open("rb") as opened:
+            content = opened.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
+        text = content.decode("utf-8-sig")
+    except FileNotFoundError:
+        raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
+    except OSError as error:
+        raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
+    if len(content) > LARGEST:
+        raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
+    try:
+        data = tomllib.loads(text)
+    except RecursionError:
+        raise CaseError(f"{name}: is nested too deeply") from None
+    except ValueError as error:  # also of a number with thousands of digits
+        raise CaseError(_syntax(name, str(error), text)) from None
+    # A title, or the file that is extended, stays as it is.
+    inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
+    return Source(data | _with_whole_paths(inside, path.resolve().parent), [(name, text)])
+
+
+def _with_whole_paths(value: Any, folder: File) -> Any:
+    """Return data with the full paths of files: a case that extends this one, or a result, may lie in another folder.
+
+    A text names a file if it ends as one and the file is there: "plate.mtx", but not "2.5 g".
+    """
+    if isinstance(value, dict):
+        return {name: _with_whole_paths(item, folder) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_with_whole_paths(item, folder) for item in value]
+    if not isinstance(value, str) or not re.search(r"\.[A-Za-z]\w*$", value):
+        return value
+    path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))
+    if not os.path.isfile(path):
+        return value
+    if os.fsencode(path).decode("utf-8", "replace") != path:
+        raise CaseError(f"{path}: is no name in UTF-8, so results could not hold it; give the file another name")
+    return path
+
+
+def line_of(text: str, path: Path) -> int:
+    """Return the line of an entry of valid TOML, counted from 1, or 0: it ends the fewest lines that hold the entry."""
+    rows = text.split("\n")
+
+    def holds(count: int) -> bool:
+        for fewer in range(count, 0, -1):
+            for end in ENDS:
+                try:
+                    return entry(tomllib.loads("\n".join(rows[:fewer]) + end), path) is not None
+                except ValueError:
+                    continue
+        return False
+
+    line = bisect_left(range(len(rows) + 1), True, key=holds)
+    return line if line <= len(rows) else 0
+
+
+def _syntax(name: str, message: str, text: str) -> str:
+    """Return what tomllib says, with its line where lines stand, and what to write instead of common mistakes."""
+    words, _, place = message.partition(" (at ")
+    if words.startswith("Exceeds"):
+        return f"{name}: {words}"
+    rows, number = text.split("\n"), re.match(r"line (\d+)", place)
+    line = int(number[1]) if number else len(rows)
+    # Outside of quotes and comments.
+    row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
+    quantities = (typed for typed in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(typed)))
+    reason = f"{words}; this is no TOML"
+    if words.startswith(("Cannot overwrite", "Cannot declare")):
+        same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
+        first = f", first in line {same[-1]}" if same else ""
+        reason = f"this entry or section is given twice{first}; keep one of them"
+    elif "Unescaped '\\'" in words or "Invalid hex" in words:
+        reason = r'a backslash has a meaning in "..."; write / in paths, or single quotes'
+    elif curly := re.search("[“”„‘’]", row):
+        reason = f'{curly[0]} is no quotation mark of TOML; write "'
+    elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):
+        reason = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
+    elif word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
+        right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
+        reason = f"{word[1]} is no value of TOML; write {right}"
+    elif typed := next(quantities, ""):
+        reason = f'{typed} is no value of TOML; write "{typed}" in quotes'
+    elif words.startswith("Unclosed") or (words, number) == ("Invalid value", None):
+        line = max((i for i, other in enumerate(rows[:line], 1) if re.search(r"=\s*[\[{]", other)), default=line)
+        reason = "a list or table that begins here is not closed"
+    return f"{name}:{line}: {reason}"

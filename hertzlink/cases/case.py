@@ -17,11 +17,11 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
 from coupling.results.missing_waves import UNTIL
+from hertzlink.cases import Fault, Path, Source, as_toml, entry, parsed, put, read_source, written
 from hertzlink.cases.forms import OF_MATERIAL, form_of
 from hertzlink.cases.parts import Identify, Measure, Sections
 from hertzlink.cases.reader import Call, Context
 from hertzlink.cases.reader import read as read_value
-from hertzlink.cases.source import Fault, Path, Source, as_toml, entry, parsed, put, read_source, written
 from plates.plate import Plate, are_meshed
 from structures.checks import count_of
 from structures.damping import Rayleigh, damped

@@ -13,7 +13,7 @@ import numpy as np
 
 from coupling.black_box import Scheme
 from hertzlink._names import HOME, ROOMS, listed_in, namespaces
-from hertzlink.cases.source import Path
+from hertzlink.cases import Path
 from particles.bead import ATTRIBUTES, Bead
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation

@@ -15,9 +15,9 @@ from coupling.inference.misfit import OF_SENSORS
 from coupling.inference.prediction import FROM_IMPACT
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
+from hertzlink.cases import Fault, Path, parsed, written
 from hertzlink.cases.case import Build, Case, of_case
 from hertzlink.cases.parts import Identify
-from hertzlink.cases.source import Fault, Path, parsed, written
 from hertzlink.cases.sweeps import path_of, si_value, unit_at
 from hertzlink.cases.tasks import Answer, Table, count_of_beads
 from structures.caution import collected

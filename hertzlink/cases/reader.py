@@ -15,8 +15,8 @@ from functools import cached_property
 from pathlib import Path as File
 from typing import Any
 
+from hertzlink.cases import Fault, Path, entry, shown
 from hertzlink.cases.forms import OF_MATERIAL, PLACES, Allowed, Form, Row, allowed, asked, example_of, hint_of
-from hertzlink.cases.source import Fault, Path, entry, shown
 from plates.laminate import OrthotropicMaterial
 from structures.checks import MOST, count_of, nearest
 from structures.described import Parameter

@@ -17,10 +17,10 @@ from coupling.inference.uncertainty import uncertainty
 from coupling.plots.canvas import in_words
 from coupling.results.findings import findings_of
 from coupling.results.schema import OF_RUNS
+from hertzlink.cases import Fault, Path, entry, parsed, shown, written
 from hertzlink.cases.case import Build, Case
 from hertzlink.cases.forms import allowed
 from hertzlink.cases.reader import Call, number
-from hertzlink.cases.source import Fault, Path, entry, parsed, shown, written
 from hertzlink.cases.tasks import WIDTH, Table, Task, above_one, shown_of
 from structures.caution import caution, collected
 from structures.checks import count_of

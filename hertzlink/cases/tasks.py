@@ -24,8 +24,8 @@ from coupling.results.waves import ABOVE_ONE, NoWaveError
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from coupling.yield_check import is_of_yield
+from hertzlink.cases import Fault, Path, entry, written
 from hertzlink.cases.case import YIELDING, Case
-from hertzlink.cases.source import Fault, Path, entry, written
 from structures.caution import caution, collected
 
 if TYPE_CHECKING:

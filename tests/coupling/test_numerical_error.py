@@ -14,8 +14,8 @@ from scipy.optimize import minimize_scalar
 
 import hertzlink as hl
 from coupling.inference.numerical_error import MESH, REDUCTION
+from hertzlink.cases import Fault
 from hertzlink.cases.case import Case
-from hertzlink.cases.source import Fault
 from hertzlink.cases.tasks import report, run_task, task_of
 from structures.fineness import finer
 
