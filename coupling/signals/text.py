@@ -245,10 +245,10 @@ def rises(values: pd.Series) -> bool:
 def clock(cells: pd.Series) -> pd.Series:
     """Return times of day, such as "10:23:11.000005" or a date with it, s after the first; NaN for other text."""
     bare = cells.str.replace(",", ".", regex=False)
-    form = pd.tseries.api.guess_datetime_format(bare.iloc[len(bare) // 2], dayfirst=True)
-    if bare.str.contains("[AP]M$").mean() > 0.5:
-        form = "%I:%M:%S.%f %p"
-    moments = pd.to_datetime(bare, format=form or "ISO8601", errors="coerce", utc=True)
+    of_day = bare.str.match(CLOCK.pattern + r"(\.\d+)?( [AP]M)?$").mean() > 0.5
+    day = "1 January 2000 " if of_day else ""
+    form = pd.tseries.api.guess_datetime_format(day + bare.iloc[len(bare) // 2], dayfirst=True)
+    moments = pd.to_datetime(day + bare, format=form or "mixed", dayfirst=not form, errors="coerce", utc=True)
     return (moments - moments.min()) / pd.Timedelta(1, "s")
 
 

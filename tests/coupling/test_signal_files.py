@@ -154,6 +154,7 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
     [
         ("10:23:11.{micro:06d}", 0.0),
         ("11:59:59.{micro:06d} AM", 0.0),
+        ("1:59:59.{micro:06d} PM", 0.0),
         ("2026-03-01T10:23:11.{micro:06d}+01:00", 0.0),
         ("28.11.2026 10:23:11.{micro:06d}", 0.0),
         ("1709287871.{micro:06d}", 0.0),

@@ -59,7 +59,7 @@ def test_bad_input() -> None:
     for call, message in (
         (lambda: hl.average_taps(taps[0]), "length = None: must be given"),
         (lambda: hl.average_taps(taps[0], length=-1.0), "length = -1.0"),
-        (lambda: hl.average_taps(taps[0], length=5e-4), "hold 1 whole tap, must hold from 2"),
+        (lambda: hl.average_taps(taps[0], length=5e-4), "hold 1 whole tap, must hold 2 or more"),
         (lambda: hl.average_taps(taps[:1]), "hold 1 whole tap,"),
         (lambda: hl.average_taps([]), "signals = "),
         (lambda: hl.average_taps(taps, length=1e-3), "length = 0.001: is for one long signal"),
