@@ -40,7 +40,6 @@ DOUBTFUL = 0.05
 ANOTHER = "; a small change may give another AR and TOF"
 
 NEAR = 4  # Samples on either side of a peak through which a cubic spline places it.
-TOGETHER = 64  # Runs whose arrays are worked on at once: as many as the processor's cache holds.
 
 Peak = tuple[float, float]
 Window = tuple[int, int]
@@ -94,7 +93,7 @@ def find_waves(time: Vector, traces: Traces, smallest: float, most: int) -> Wave
 
     time: the same for all runs, s. smallest: in units of the incident amplitude.
     """
-    found = [waves_over_bead(flow, smallest) for flow in flows(time, traces)]
+    found = [waves_over_bead(Flow(time, traces, run), smallest) for run in range(len(traces.wall))]
     places = [(run, k, one.samples[k]) for run, one in enumerate(found) for k in range(min(most, len(one.samples)))]
     amplitude, arrival = np.full((2, len(found), most), np.nan)
     if places:
@@ -104,59 +103,31 @@ def find_waves(time: Vector, traces: Traces, smallest: float, most: int) -> Wave
     return Waves(amplitude, arrival, found, traces.hops)
 
 
-class Flow(NamedTuple):
-    """What flows over a bead in one run: force above the preload, N; its power, W, and the means of what flows towards
-    the structure and back; the samples at which the force and these means have peaks.
+class Flow:
+    """What flows over a bead in one run: its force above the preload, N, and power, W, with the samples of their peaks.
 
-    top: the greatest force, N. first, there: samples at which a wave arrives at the bead and at the structure. pushed:
-    whether the structure feels it; leaves: when that push ends, s. travel: time from the bead to the structure, s.
-    hops: contacts on that way; width: samples that one of them takes. preload: at the bead, N. earliest: see EARLIEST.
+    towards, back: means of the power that flows to the structure and back. first, there: samples at which the wave
+    arrives at the bead and at the structure. travel: the time between, s; width: samples in which it takes one of its
+    hops. leaves: when the push on the structure ends, s.
     """
 
-    time: Vector
-    force: Vector
-    power: Vector
-    towards: Vector
-    back: Vector
-    peaks: NDArray[np.intp]
-    peaks_towards: NDArray[np.intp]
-    peaks_back: NDArray[np.intp]
-    top: float
-    first: int
-    there: int
-    pushed: bool
-    leaves: float
-    travel: float
-    hops: int
-    width: int
-    preload: float
-    earliest: float
-
-
-def flows(time: Vector, traces: Traces) -> Iterator[Flow]:
-    """Yield what flows over a bead in each run."""
-    for start in range(0, len(traces.wall), TOGETHER):
-        runs = slice(start, start + TOGETHER)
-        above, below, wall, velocity, preload = (part[runs] for part in traces[:5])
-        hops = traces.hops[runs]
-        force = 0.5 * (above + below)
-        top, push = force.max(axis=1, initial=0.0), wall.max(axis=1, initial=0.0)
-        pushed = push > FIRST_WAVE**2 * top
-        there = np.where(pushed, (wall > FRONT * push[:, None]).argmax(axis=1), time.size - 1)
-        before = np.array([row[: stop + 1].max() for row, stop in zip(force, there, strict=True)])
-        first = (force > FRONT * before[:, None]).argmax(axis=1)
+    def __init__(self, time: Vector, traces: Traces, run: int) -> None:
+        above, below, wall, velocity, preload = (part[run] for part in traces[:5])
+        self.time, self.force, self.preload, self.hops = time, 0.5 * (above + below), preload, int(traces.hops[run])
+        self.top, push = float(self.force.max(initial=0.0)), wall.max(initial=0.0)
+        self.pushed = bool(push > FIRST_WAVE**2 * self.top)
+        self.there = int((wall > FRONT * push).argmax()) if self.pushed else time.size - 1
+        self.first = int((self.force > FRONT * self.force[: self.there + 1].max()).argmax())
         # Before the wave has reached the structure its speed so far tells when it will.
-        travel = np.where(pushed, time[there] - time[first], time[first] * hops / traces.sensor)
-        width = np.maximum(1, np.rint(travel / np.maximum(hops, 1) / (time[1] - time[0])).astype(int))
-        power = force * velocity
-        towards, back = averaged(np.maximum(power, 0.0), width), averaged(np.maximum(-power, 0.0), width)
-        ended = (wall <= FIRST_WAVE**2 * push[:, None]) & (np.arange(time.size) >= there[:, None])
-        leaves = time[np.where(ended.any(axis=1), ended.argmax(axis=1), -1)]
-        earliest = np.full(len(force), EARLIEST_OVER_DENTS if traces.yields else EARLIEST)
-        numbers = (top, first, there, pushed, leaves, travel, hops, width, preload, earliest)
-        rows = zip(force, power, towards, back, tops(force), tops(towards), tops(back), strict=True)
-        for row, *own in zip(rows, *(number.tolist() for number in numbers), strict=True):
-            yield Flow(time, *row, *own)
+        travel = time[self.there] - time[self.first] if self.pushed else time[self.first] * self.hops / traces.sensor
+        self.travel = float(travel)
+        self.width = max(1, int(np.rint(self.travel / max(self.hops, 1) / (time[1] - time[0]))))
+        self.power = self.force * velocity
+        self.towards, self.back = (averaged(np.maximum(sign * self.power, 0.0), self.width) for sign in (1.0, -1.0))
+        ended = (wall <= FIRST_WAVE**2 * push) & (np.arange(time.size) >= self.there)
+        self.leaves = float(time[ended.argmax() if ended.any() else -1])
+        self.earliest = EARLIEST_OVER_DENTS if traces.yields else EARLIEST
+        self.peaks, self.peaks_towards, self.peaks_back = map(tops, (self.force, self.towards, self.back))
 
 
 def waves_over_bead(flow: Flow, smallest: float) -> Found:
@@ -251,17 +222,14 @@ def waves_that_return(
     return samples, notes, cut
 
 
-def averaged(values: Vector, width: NDArray[np.int64]) -> Vector:
-    """Return the means of traces, runs × times, over `width` samples about each; they are zero beyond their ends."""
-    for one in np.unique(width[width > 1]):
-        values[width == one] = scipy.ndimage.uniform_filter1d(values[width == one], one, axis=1, mode="constant")
-    return values
+def averaged(values: Vector, width: int) -> Vector:
+    """Return the means of a trace over `width` samples about each; it is zero beyond its ends."""
+    return values if width == 1 else scipy.ndimage.uniform_filter1d(values, width, mode="constant")
 
 
-def tops(values: Vector) -> list[NDArray[np.intp]]:
-    """Return the samples of the local maxima of each trace."""
-    inner = values[:, 1:-1]
-    return [1 + np.flatnonzero(row) for row in (inner > values[:, :-2]) & (inner >= values[:, 2:])]
+def tops(values: Vector) -> NDArray[np.intp]:
+    """Return the samples of the local maxima of a trace."""
+    return 1 + np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]))
 
 
 def prominence(force: Vector, peak: int) -> float:
