@@ -179,7 +179,7 @@ class CoSimulation:
         inputs = {**self._described, "until": until, **plan.describe(self.interface, self.window)}
         frames = Frames(self.interface, plan.rows, selection)
         fill(frames, self.interface, self.scheme, self.window, plan)
-        findings += checked([self.interface], [frames], plan.interval)[0]
+        findings += checked(self.interface, frames, plan.interval)
         return dataset(self.interface, frames, plan.interval, inputs, findings)
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:

@@ -1,13 +1,10 @@
 """The checks before a run and after it: each finding is a line of `warnings`, and a warning to the user."""
 
-from collections.abc import Iterator, Sequence
-from itertools import chain as joined
-from typing import TypeAlias
+from collections.abc import Sequence
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.kernels.records import Records
 from coupling.recording.frames import Frames, Motion, checked_contacts, middle_of, motion_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
@@ -30,9 +27,6 @@ SILENT = 0.01  # part of the incident wave's force that a reflected one has at l
 SUDDEN = 50.0
 """A loss is too strong if it would stop a contact in this part of the contact's time: no wave passes. The loss of a
 restitution of 0.01 takes a 38th of that time, a dashpot of 5 N s/m between beads of 10 mm ten times as long."""
-
-Found: TypeAlias = Iterator[tuple[int, str]]
-"""Findings on some runs, each with the number of its run."""
 
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
@@ -82,35 +76,26 @@ def _is_sudden(chain: MovingChain) -> bool:
     return chain.contact_time > SUDDEN * chain.damping_time
 
 
-def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval: float) -> list[list[str]]:
-    """Return the findings of all checks after each of some runs saved every `interval` s; the user is warned of each.
+def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
+    """Return the findings of all checks after a run that was saved every `interval` s; the user is warned of each.
 
-    The chains of several runs differ in their speed only. A contact law warned of its own limits when it was made; here
-    they are findings only.
+    A contact law warned of its own limits when it was made; here they are findings only.
     """
-    first, numbers = interfaces[0], range(len(interfaces))
-    chains = [[interface.chains[number] for interface in interfaces] for number in range(len(first.chains))]
-    motions = [motion_of(of_runs[0], [run.chains[number] for run in frames]) for number, of_runs in enumerate(chains)]
-    laws, findings = [list[str]() for _ in numbers], [list[str]() for _ in numbers]
-    for chain, motion in zip(first.chains, motions, strict=True):
-        # The deepest approaches of all runs tell whether there is anything to say.
-        for run in numbers if any(chain.cautions(motion.deepest.max(axis=0))) else ():
-            remarks, deep = chain.cautions(motion.deepest[run])
-            laws[run] += remarks
-            findings[run] += deep
-    times = interval * np.arange(frames[0].rows, dtype=float)
-    highest = np.array([run.saved.surface[2] for run in frames])
-    found = [*_of_energy(interfaces, frames)]
-    for number, motion in enumerate(motions):
-        where = "mid chain" if len(motions) == 1 else f"the middle of chain {number}"
-        found += _of_record(chains[number], motion, times, where)
+    chains, of_chains = interface.chains, frames.chains
+    motions = [motion_of(chain, part) for chain, part in zip(chains, of_chains, strict=True)]
+    laws, found, times = list[str](), list[str](), interval * np.arange(frames.rows, dtype=float)
+    for chain, motion in zip(chains, motions, strict=True):
+        remarks, deep = chain.cautions(motion.deepest)
+        laws += remarks
+        found += deep
+    found += _of_energy(interface, frames)
+    for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
+        found += _of_record(chain, motion, times, "mid chain" if len(chains) == 1 else f"the middle of chain {number}")
     found += yields(chains, motions)
-    found += check_structures(interfaces, motions, highest, interval)
-    found += ((run, words) for run in numbers for body in interfaces[run].black_boxes for words in body.findings())
-    for run, words in found:
-        findings[run].append(words)
-    warn([words for of_run in findings for words in of_run])
-    return [remarks + of_run for remarks, of_run in zip(laws, findings, strict=True)]
+    found += check_structures(interface, motions, frames.saved.surface[2], interval)
+    found += [words for body in interface.black_boxes for words in body.findings()]
+    warn(found)
+    return laws + found
 
 
 def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
@@ -124,72 +109,64 @@ def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: 
             f"energy: the structure gave back more than it was given, by {100.0 * back / chain.energy:.2g} % of the "
             "impact energy; check the units of its displacement and force, and its time stepping"
         )
-    motion = Motion(force, peaks[None], deepest[None])
-    after = joined(_of_record([chain], motion, times, "mid chain"), yields([[chain]], [motion]))
-    return findings + [words for _, words in after]
+    motion = Motion(force, peaks, deepest)
+    return [*findings, *_of_record(chain, motion, times, "mid chain"), *yields([chain], [motion])]
 
 
-def _of_energy(interfaces: Sequence[Interface], frames: Sequence[Frames]) -> Found:
-    """Yield a finding if a run created or lost energy, as in `energy_error`, with the part of the run that did."""
-    first, scale = interfaces[0], np.array([interface.impact_energy for interface in interfaces])
-    structure, contact = (_stacked([getattr(run.saved, name) for run in frames]) for name in ("structure", "work"))
+def _of_energy(interface: Interface, frames: Frames) -> list[str]:
+    """Return a finding if a run created or lost energy, as in `energy_error`, with the part of the run that did."""
+    structure, contact, scale = frames.saved.structure, frames.saved.work, interface.impact_energy
     energies = structure["kinetic"] + structure["elastic"] + structure["taken"]
-    for place in np.flatnonzero(np.isnan(energies[0, :, 0])).tolist():  # of a black box only the work is known
-        energies[:, place] = contact["work"][:, first.touching[place]].sum(axis=1)
-    total_energy, stored = energies.sum(axis=1), np.zeros(len(frames))
-    for k in np.flatnonzero(first.static).tolist():
-        total_energy += first.static[k] * contact["surface"][:, k]
-    for of_runs in zip(*(run.chains for run in frames), strict=True):
-        energy = _stacked([chain.energy for chain in of_runs])
-        total_energy += energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
-        stored = np.maximum(stored, of_runs[0].deepest.size * abs(energy["potential"]).max(axis=1))
-    total = abs(total_energy - total_energy[:, :1]).max(axis=1) / scale
+    for place in np.flatnonzero(np.isnan(energies[:, 0])).tolist():  # of a black box only the work is known
+        energies[place] = contact["work"][interface.touching[place]].sum(axis=0)
+    total, stored = energies.sum(axis=0), 0.0
+    for k in np.flatnonzero(interface.static).tolist():
+        total += interface.static[k] * contact["surface"][k]
+    for chain in frames.chains:
+        energy = chain.energy
+        total += energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
+        stored = max(stored, chain.deepest.size * float(abs(energy["potential"]).max()))
+    error = float(abs(total - total[0]).max()) / scale
     # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
     rounding = ROUNDING * stored / scale
-    for run in np.flatnonzero(total > LARGE).tolist():
-        if total[run] < LARGE + rounding[run]:
-            yield (
-                run,
-                "energy: cannot be checked; rounding of the energy that the preload stores is up to "
-                f"{100.0 * rounding[run]:.2g} % of the impact energy",
-            )
-            continue
-        exchange = contact["given"][run] - contact["work"][run]
-        culprit = "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates"
-        if abs(exchange.sum(axis=0)).max() / scale[run] < 0.5 * total[run]:
-            culprit = "the chain's steps; take a shorter dt"
-        lost = f"the run created or lost {100.0 * total[run]:.2g} % of the impact energy"
-        yield run, f"energy: {lost}, most of it in {culprit}"
+    if not error > LARGE:
+        return []
+    if error < LARGE + rounding:
+        return [
+            "energy: cannot be checked; rounding of the energy that the preload stores is up to "
+            f"{100.0 * rounding:.2g} % of the impact energy"
+        ]
+    culprit = "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates"
+    if abs((contact["given"] - contact["work"]).sum(axis=0)).max() / scale < 0.5 * error:
+        culprit = "the chain's steps; take a shorter dt"
+    lost = f"the run created or lost {100.0 * error:.2g} % of the impact energy"
+    return [f"energy: {lost}, most of it in {culprit}"]
 
 
-def _stacked(records: Sequence[Records]) -> Records:
-    """Return records of equal shapes as one array with a first axis for them; those of a single run as a view."""
-    return records[0][None] if len(records) == 1 else np.array(records)
-
-
-def _of_record(chains: Sequence[MovingChain], motion: Motion, times: Vector, where: str) -> Found:
-    """Yield a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
-    first = chains[0]
-    driven = first.chain.excitation.drive.kind in (PUSHED, MOVED)
-    if first.surface is None or first.behind is not None or driven:
-        return
-    last, middle = first.mass.size - 1, middle_of(first)
-    forces = motion.force[middle] - first.static_force[middle]
-    tops = forces.max(axis=1, keepdims=True)
-    begins = np.where(tops[:, 0] > 0.0, (forces >= 0.5 * tops).argmax(axis=1), 0)
-    silent = (forces < SILENT * tops) & (np.arange(times.size) >= begins[:, None])
+def _of_record(chain: MovingChain, motion: Motion, times: Vector, where: str) -> list[str]:
+    """Return a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
+    driven = chain.chain.excitation.drive.kind in (PUSHED, MOVED)
+    if chain.surface is None or chain.behind is not None or driven or not chain.chain.speed > 0.0:
+        return []
+    last, middle = chain.mass.size - 1, middle_of(chain)
+    force = motion.force[middle] - chain.static_force[middle]
+    top, after, silent_from = float(force.max()), -1, times.size
+    begin = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0
+    silent = begin + np.flatnonzero(force[begin:] < SILENT * top)
+    if silent.size:
+        silent_from = int(silent[0])
+    if top > 0.0:
+        after = int(np.flatnonzero(force > SILENT * top)[-1])
     # A wave is back where it is loud after it was silent.
-    loud_last = np.where(tops[:, 0] > 0.0, times.size - 1 - (forces > SILENT * tops)[:, ::-1].argmax(axis=1), -1)
-    ends = np.where(silent.any(axis=1), silent.argmax(axis=1), times.size)
-    for run in np.flatnonzero(loud_last < ends).tolist():
-        chain, passed, begin = chains[run], bool(ends[run] < times.size), float(times[begins[run]])
-        if not chain.chain.speed > 0.0:
-            continue
-        # The wave is at mid chain when half of the way is behind it; before that, by theory.
-        reached = begin * last / middle if passed and begins[run] else chain.transit_time
-        push = motion.force[last][run] - chain.static_force[-1]
-        leaves = end_of_push(times, push, 0.05 * max(float(tops[run, 0]), 0.0), reached + 3.0 * reached / last)
-        slower = SMALLEST_WAVE ** (-1.0 / 6.0)
-        if times[-1] < leaves + slower * (reached - begin if passed else 0.5 * reached):
-            needed = leaves + slower * reached
-            yield run, f"record: {short_record(float(times[-1]), needed, where).removeprefix(RECORD)}"
+    if after >= silent_from:
+        return []
+    passed, began = silent_from < times.size, float(times[begin])
+    # The wave is at mid chain when half of the way is behind it; before that, by theory.
+    reached = began * last / middle if passed and begin else chain.transit_time
+    push = motion.force[last] - chain.static_force[-1]
+    leaves = end_of_push(times, push, 0.05 * max(top, 0.0), reached + 3.0 * reached / last)
+    slower = SMALLEST_WAVE ** (-1.0 / 6.0)
+    if times[-1] >= leaves + slower * (reached - began if passed else 0.5 * reached):
+        return []
+    needed = leaves + slower * reached
+    return [f"record: {short_record(float(times[-1]), needed, where).removeprefix(RECORD)}"]

@@ -42,45 +42,36 @@ Doubt = tuple[str, float, str]
 
 
 def check_structures(
-    interfaces: Sequence[Interface], motions: Sequence[Motion], highest: Vector, interval: float
-) -> Iterator[tuple[int, str]]:
-    """Yield the numbers of runs with deflections beyond linear theory, and pushes too short for a reduction or a mesh;
-    the worst contact of each.
+    interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float
+) -> Iterator[str]:
+    """Yield what is beyond linear theory, a reduction or a mesh, each of the contact where it is worst.
 
-    motions: of the chains; highest: the greatest displacement of each surface, runs × contacts, m.
+    motions: of the chains; highest: the greatest displacement of each surface, m.
     """
-    first, worst = interfaces[0], [dict[str, Doubt]() for _ in interfaces]
-    for k, contact in enumerate(first.contacts):
-        bodies = [interface.structures[contact.structure] for interface in interfaces]
-        if all(isinstance(body, CheckedParticipant) for body in bodies):
+    worst = dict[str, Doubt]()
+    for k, contact in enumerate(interface.contacts):
+        body, chain = interface.structures[contact.structure], interface.chains[contact.chain]
+        if isinstance(body, CheckedParticipant):
             continue
-        chain = first.chains[contact.chain]
-        force = motions[contact.chain].force[chain.mass.size - 1 if contact.end == LAST else 0] - first.static[k]
-        for run, (body, length) in enumerate(zip(bodies, push_lengths(force, interval).tolist(), strict=True)):
-            if isinstance(body, CheckedParticipant):
-                continue
-            for doubt in _doubts(body.structure.origin, float(highest[run, k]), length):
-                kind, degree, _ = doubt
-                if kind not in worst[run] or degree > worst[run][kind][1]:
-                    worst[run][kind] = doubt
-    yield from ((run, f"{kind}: {words}") for run, found in enumerate(worst) for kind, _, words in found.values())
+        force = motions[contact.chain].force[chain.mass.size - 1 if contact.end == LAST else 0] - interface.static[k]
+        for doubt in _doubts(body.structure.origin, float(highest[k]), push_length(force, interval)):
+            kind, degree, _ = doubt
+            if kind not in worst or degree > worst[kind][1]:
+                worst[kind] = doubt
+    yield from (f"{kind}: {words}" for kind, _, words in worst.values())
 
 
-def push_lengths(force: Vector, interval: float) -> Vector:
-    """Return the length of the strongest push of each run, s: 2 ∫F dt / F_max, as of a raised cosine with its impulse
-    and peak.
+def push_length(force: Vector, interval: float) -> float:
+    """Return the length of the strongest push, s: 2 ∫F dt / F_max, as of a raised cosine with its impulse and peak.
 
-    Zero where there is none. force: runs × times, N, dynamic, saved every `interval` s.
+    Zero where there is none. force: N, dynamic, saved every `interval` s.
     """
-    top, peak = force.max(axis=1), force.argmax(axis=1)
-    # With a zero before and after each run a push ends with it.
-    bordered = np.zeros((len(force), force.shape[1] + 2))
-    bordered[:, 1:-1] = force
-    low = np.flatnonzero(bordered <= 0.0)
-    after = low.searchsorted(peak + 1 + bordered.shape[1] * np.arange(len(force)))
-    sums = np.add.reduceat(bordered.ravel(), np.stack([low[after - 1], low[after]], axis=1).ravel())[::2]
-    lengths: Vector = np.divide(2.0 * interval * sums, top, out=np.zeros(top.size), where=top > 0.0)
-    return lengths
+    top, peak = float(force.max()), int(force.argmax())
+    if not top > 0.0:
+        return 0.0
+    open_at = np.concatenate([[0], np.flatnonzero(force <= 0.0), [force.size]])
+    after = int(open_at.searchsorted(peak, side="right"))
+    return 2.0 * interval * float(force[open_at[after - 1] : open_at[after]].sum()) / top
 
 
 def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:

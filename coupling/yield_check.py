@@ -30,21 +30,17 @@ def is_of_yield(finding: str) -> bool:
     return finding.startswith("yield: ") and CURE in finding
 
 
-def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -> Iterator[tuple[int, str]]:
-    """Yield the number of a run and a finding on its contact that is pressed farthest beyond yield.
-
-    chains: of each motion, one for each run.
-    """
+def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator[str]:
+    """Yield a finding on the contact of a run that is pressed farthest beyond yield; motions: of the chains."""
     ratios = []
-    for of_runs, motion in zip(chains, motions, strict=True):
-        unit, power, limit = of_runs[0].once("pressures", partial(_pressures, of_runs[0]))
+    for chain, motion in zip(chains, motions, strict=True):
+        unit, power, limit = chain.once("pressures", partial(_pressures, chain))
         ratios.append(unit * np.maximum(motion.peaks, 0.0) ** power / limit)
-    greatest = np.array([of_chain.max(axis=1) for of_chain in ratios])
-    for run in np.flatnonzero(greatest.max(axis=0) > SLIGHT).tolist():
-        number = int(greatest[:, run].argmax())
-        chain, contact, ratio = chains[number][run], int(ratios[number][run].argmax()), float(greatest[number, run])
+    number = int(np.argmax([of_chain.max() for of_chain in ratios]))
+    chain, contact, ratio = chains[number], int(ratios[number].argmax()), float(ratios[number].max())
+    if ratio > SLIGHT:
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-        weaker: Material = min(_materials(chain, contact), key=yield_pressure)
+        weaker = min(_materials(chain, contact), key=yield_pressure)
         power = chain.once("pressures", partial(_pressures, chain))[1][contact]
         if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
             cure = f"its dent is left out; {CURE}"
@@ -55,9 +51,8 @@ def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -
         else:
             cure = f"a yield strength of {1e-9 * ratio * float(weaker.yield_strength or 0.0):.2g} GPa would bear it"
         what = weaker.name or "the softer body"
-        yield run, f"yield: {where} presses {what} to {ratio:.3g} times the pressure at which it yields; {cure}"
-    unknown = dict.fromkeys(strength for of_runs in chains for strength in _unknown_strengths(of_runs[0]))
-    yield from ((run, strength) for run in range(greatest.shape[1]) for strength in unknown)
+        yield f"yield: {where} presses {what} to {ratio:.3g} times the pressure at which it yields; {cure}"
+    yield from dict.fromkeys(strength for chain in chains for strength in _unknown_strengths(chain))
 
 
 def _pressures(chain: MovingChain) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The arrays that a run fills at its saved times."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -49,10 +49,10 @@ class ChainFrames(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """The motion of a chain in some runs that differ in its speed only, as the checks after them see it.
+    """The motion of a chain in a run, as the checks after it see it.
 
-    force: of the contacts that `checked_contacts` names, by their numbers: runs × saved times, N. peaks: the greatest
-    force of each contact, runs × contacts, N; deepest: its greatest approach, m.
+    force: of the contacts that `checked_contacts` names, by their numbers, over the saved times, N. peaks: the greatest
+    force of each contact, N; deepest: its greatest approach, m.
     """
 
     force: Mapping[int, Vector]
@@ -70,18 +70,17 @@ def checked_contacts(chain: MovingChain) -> list[int]:
     return [middle_of(chain), chain.mass.size - 1, *([0] if chain.behind is not None else [])]
 
 
-def motion_of(chain: MovingChain, frames: Sequence[ChainFrames]) -> Motion:
-    """Return what the checks see of a chain in runs that differ in its speed only."""
-    columns = {contact: frames[0].contacts.index(contact) for contact in checked_contacts(chain)}
-    force = {contact: np.array([run.force[:, place] for run in frames]) for contact, place in columns.items()}
-    deepest = np.array([run.deepest for run in frames])
+def motion_of(chain: MovingChain, frames: ChainFrames) -> Motion:
+    """Return what the checks see of a chain."""
+    force = {contact: frames.force[:, frames.contacts.index(contact)] for contact in checked_contacts(chain)}
+    deepest = frames.deepest.copy()
     if chain.force_by_approach:
         peaks = chain.force(deepest)
         for contact, of_contact in force.items():  # a structure's own flexibility adds to the approach
-            peaks[:, contact] = of_contact.max(axis=1)
+            peaks[contact] = of_contact.max()
     else:
-        peaks = np.array([run.force.max(axis=0) for run in frames])[:, np.argsort(frames[0].contacts)]
-    deepest[:, -1] -= chain.flexibility * peaks[:, -1]
+        peaks = frames.force.max(axis=0)[np.argsort(frames.contacts)]
+    deepest[-1] -= chain.flexibility * peaks[-1]
     return Motion(force, peaks, deepest)
 
 

@@ -1,8 +1,6 @@
 """Thousands of runs in memory, in threads: of chains that face nothing or linear structures."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import joblib
@@ -11,7 +9,6 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import fill, is_compiled
-from coupling.interface import Interface
 from coupling.plan import Adaptive, Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
@@ -36,10 +33,6 @@ LARGEST_RESULT = 2e8
 
 LARGEST_MEASURED = 2e7
 """The same for the runs that are measured together: 160 MB."""
-
-LARGEST_GROUP, LARGEST_GROUP_NUMBERS, GROUPS_PER_THREAD = 128, 2e6, 4
-"""Runs that a thread builds, runs and checks together, the numbers that they may keep until then (16 MB), and how many
-groups each thread gets at least."""
 
 
 @one_thread
@@ -254,73 +247,41 @@ class Records:
 
     def fill(self, threads: int) -> None:
         """Run all; after an error that is not of a run the rest is not run."""
-        # The checks need some more contacts and bodies than are kept.
-        size = self.force.shape[1] * (self.force.shape[2] + self.velocity.shape[2] + 8)
-        most = self.count // (GROUPS_PER_THREAD * threads)
-        many = max(1, min(LARGEST_GROUP, int(LARGEST_GROUP_NUMBERS / size), most))
-        groups = [range(begin, min(begin + many, self.count)) for begin in range(0, self.count, many)]
+        numbers, together = range(self.count), max(1, min(16, self.count // (4 * threads)))
         if threads == 1:
-            for group in groups:
-                self._run(group)
+            for i in numbers:
+                self._run(i)
         else:
-            joblib.Parallel(threads, require="sharedmem", batch_size=1)(map(joblib.delayed(self._run), groups))
+            joblib.Parallel(threads, require="sharedmem", batch_size=together)(map(joblib.delayed(self._run), numbers))
 
-    def _run(self, numbers: range) -> None:
-        """Build some runs, then run all, then check all: so the processor finds its code in its caches, and the checks
-        see the runs of a chain at once."""
-        ready, alike = dict[int, tuple[Interface, Frames, Callable[[], None]]](), dict[Any, list[int]]()
-        for i in numbers:
-            with self._noted(i):
-                ready[i] = self._ready(i)
-        for i, (interface, frames, run) in ready.items():
-            with self._noted(i):
-                run()
-                alike.setdefault((id(interface.chains[0].model), frames.rows, len(interface.structures)), []).append(i)
-        for runs in alike.values():
-            with self._noted(*runs):
-                self._check(runs, *zip(*(ready[i][:2] for i in runs), strict=True))
-
-    @contextmanager
-    def _noted(self, *numbers: int) -> Iterator[None]:
-        """Keep what is said of some runs, and an error by which they fail."""
+    def _run(self, i: int) -> None:
+        """Do a run; keep what is said of it, and an error by which it fails."""
         with collected() as messages:
             try:
-                yield
+                self._do(i)
             except POINT_ERRORS as error:
-                for i in numbers:
-                    self.failures[i] = Failure(type(error).__name__, str(error))
+                self.failures[i] = Failure(type(error).__name__, str(error))
         if messages:
             earlier = set(map(kind, self.before))
-            for i in numbers:
-                self._said[i] += [message for message in messages if kind(message) not in earlier]
+            self._said[i] += [message for message in messages if kind(message) not in earlier]
 
-    def _ready(self, i: int) -> tuple[Interface, Frames, Callable[[], None]]:
-        """Build a run; return what runs it."""
+    def _do(self, i: int) -> None:
+        """Build a run, run it, check it, and fill its rows."""
         simulation = (self.known.get(i) or _made(self.build, self.columns, i, self.beads)).for_run(self.until)
         interface, plan = simulation.interface, _plan(simulation, self.until, self.interval)
         findings = check_before(interface.chains, self.until)
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
         self._checks[i] += [line for line in findings if line not in self.before]
         frames = Frames(interface, plan.rows, self.kept)
-        return (
-            interface,
-            frames,
-            partial(fill, frames, interface, simulation.scheme, simulation.window, plan),
-        )
-
-    def _check(self, runs: list[int], interfaces: Sequence[Interface], frames: Sequence[Frames]) -> None:
-        """Check runs of one chain, and fill their rows."""
-        with collected():  # what it returns, of all runs
-            after = checked(interfaces, frames, self.interval)
-        (contacts, bodies), chain = self.kept, interfaces[0].chains[0]
+        fill(frames, interface, simulation.scheme, simulation.window, plan)
+        with collected():  # what it returns
+            self._checks[i] += checked(interface, frames, self.interval)
+        (contacts, bodies), chain, saved = self.kept, interface.chains[0], frames.chains[0]
         self.yields = self.yields or bool(chain.yielding)
-        self.static[runs] = chain.static_force[contacts]
-        self.centre[runs] = chain.once("centres", lambda: chain.chain.centres)[bodies]
-        for i, interface, saved, more in zip(runs, interfaces, frames, after, strict=True):
-            self.force[i] = saved.chains[0].force[:, : len(contacts)]
-            self.velocity[i] = saved.chains[0].velocity[:, : len(bodies)]
-            self.energy[i] = interface.chains[0].chain.impact_energy
-            self._checks[i] += more
+        self.static[i] = chain.static_force[contacts]
+        self.centre[i] = chain.once("centres", lambda: chain.chain.centres)[bodies]
+        self.force[i], self.velocity[i] = saved.force[:, : len(contacts)], saved.velocity[:, : len(bodies)]
+        self.energy[i] = chain.chain.impact_energy
 
     def dataset(self) -> xr.Dataset:
         """Return the runs, with their parameters as coordinates."""

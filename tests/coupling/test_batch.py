@@ -5,9 +5,6 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.engine import fill
-from coupling.recording.frames import Frames, kept_at
-from coupling.run_checks import checked
 from particles.dissipation import Dissipation
 from structures.caution import collected
 
@@ -38,33 +35,6 @@ def test_a_batch_on_a_structure_is_its_runs() -> None:
     assert runs.speed.dims == ("run",)
     everywhere = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=5.0)
     assert np.array_equal(everywhere.contact_force[1].values, runs.contact_force[1].values)
-
-
-def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
-    """Of a record that ends early, of beads and a wall beyond yield, of energy that long steps lose."""
-    kinds, late, soft = set[str](), hl.half_space(hl.PTFE), hl.half_space(hl.ALUMINIUM_6061)
-    for count, facing, until, kept in (
-        (10, late, 4e-4, None),
-        (10, soft, 1e-3, kept_at([4], 10)),
-        (3, WALL, 3e-4, None),
-    ):
-        runs = [
-            hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, speed), facing, None, dt, dt)
-            for speed, dt in ((0.05, None), (0.5, None), (3.0, None), (0.4, 4e-6))
-        ]
-        frames, plans = [], [run.plan(until, 4e-6) for run in runs]
-        for run, plan in zip(runs, plans, strict=True):
-            frames.append(Frames(run.interface, plan.rows, kept))
-            fill(frames[-1], run.interface, run.scheme, run.window, plan)
-        interfaces = [run.interface for run in runs]
-        with collected():
-            alone = [
-                checked([interface], [of_run], 4e-6)[0] for interface, of_run in zip(interfaces, frames, strict=True)
-            ]
-            assert checked(interfaces, frames, 4e-6) == alone
-        assert len(set(map(tuple, alone))) > 2
-        kinds |= {words.split(":")[0] for findings in alone for words in findings}
-    assert kinds == {"record", "yield", "energy"}
 
 
 MIXED = [
