@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames, Motion, checked_contacts, middle_of, motion_of
+from coupling.recording.frames import Frames, Motion, motion_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
@@ -100,16 +100,14 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
 
 def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
     """Return the findings on a chain that another program ran: contact forces, N, and work on the surface, J."""
-    peaks = contact_force.max(axis=0)
-    deepest, force = chain.approach(peaks), {k: contact_force[None, :, k] for k in checked_contacts(chain)}
-    laws, deep = chain.cautions(deepest)
+    motion = Motion(contact_force.T, chain.approach(contact_force.max(axis=0)))
+    laws, deep = chain.cautions(motion.deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep]
     if (back := -float(work.min())) > LARGE * chain.energy:
         findings.append(
             f"energy: the structure gave back more than it was given, by {100.0 * back / chain.energy:.2g} % of the "
             "impact energy; check the units of its displacement and force, and its time stepping"
         )
-    motion = Motion(force, peaks, deepest)
     return [*findings, *_of_record(chain, motion, times, "mid chain"), *yields([chain], [motion])]
 
 
@@ -148,7 +146,7 @@ def _of_record(chain: MovingChain, motion: Motion, times: Vector, where: str) ->
     driven = chain.chain.excitation.drive.kind in (PUSHED, MOVED)
     if chain.surface is None or chain.behind is not None or driven or not chain.chain.speed > 0.0:
         return []
-    last, middle = chain.mass.size - 1, middle_of(chain)
+    last, middle = chain.mass.size - 1, (len(chain.chain.beads) + 1) // 2
     force = motion.force[middle] - chain.static_force[middle]
     top, after, silent_from = float(force.max()), -1, times.size
     begin = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0

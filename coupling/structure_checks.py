@@ -50,10 +50,10 @@ def check_structures(
     """
     worst = dict[str, Doubt]()
     for k, contact in enumerate(interface.contacts):
-        body, chain = interface.structures[contact.structure], interface.chains[contact.chain]
+        body = interface.structures[contact.structure]
         if isinstance(body, CheckedParticipant):
             continue
-        force = motions[contact.chain].force[chain.mass.size - 1 if contact.end == LAST else 0] - interface.static[k]
+        force = motions[contact.chain].force[-1 if contact.end == LAST else 0] - interface.static[k]
         for doubt in _doubts(body.structure.origin, float(highest[k]), push_length(force, interval)):
             kind, degree, _ = doubt
             if kind not in worst or degree > worst[kind][1]:

@@ -35,7 +35,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
     ratios = []
     for chain, motion in zip(chains, motions, strict=True):
         unit, power, limit = chain.once("pressures", partial(_pressures, chain))
-        ratios.append(unit * np.maximum(motion.peaks, 0.0) ** power / limit)
+        ratios.append(unit * np.maximum(motion.force.max(axis=1), 0.0) ** power / limit)
     number = int(np.argmax([of_chain.max() for of_chain in ratios]))
     chain, contact, ratio = chains[number], int(ratios[number].argmax()), float(ratios[number].max())
     if ratio > SLIGHT:

@@ -16,7 +16,6 @@ from particles.chain import Chain, reduced_masses
 from particles.contacts import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED
-from particles.kernels.losses import NoLoss
 from particles.kernels.vibrations import Vibrating
 from particles.laws.formulas import law_of_bodies
 from particles.laws.law import ContactLaw, check_contact_law, unchanging
@@ -204,11 +203,6 @@ class MovingChain:
     def vibrating(self) -> Vibrating | None:
         """The vibrations of the bodies as a piece; None where they are rigid."""
         return None
-
-    @property
-    def force_by_approach(self) -> bool:
-        """Whether the force of a contact depends on the approach of its two bodies alone."""
-        return isinstance(self.model.loss, NoLoss) and self.yielding is None and self.vibrating is None
 
     @fact
     def groups(self) -> contacts.Groups:

@@ -1,6 +1,6 @@
 """The arrays that a run fills at its saved times."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -51,46 +51,24 @@ class ChainFrames(NamedTuple):
 class Motion(NamedTuple):
     """The motion of a chain in a run, as the checks after it see it.
 
-    force: of the contacts that `checked_contacts` names, by their numbers, over the saved times, N. peaks: the greatest
-    force of each contact, N; deepest: its greatest approach, m.
+    force: of each contact over the saved times, N. deepest: the greatest approach of each contact, m.
     """
 
-    force: Mapping[int, Vector]
-    peaks: Vector
+    force: Vector
     deepest: Vector
-
-
-def middle_of(chain: MovingChain) -> int:
-    """Return the number of the bead in the middle of a chain."""
-    return (len(chain.chain.beads) + 1) // 2
-
-
-def checked_contacts(chain: MovingChain) -> list[int]:
-    """Return the numbers of the contacts whose forces the checks need: in the middle, and those on structures."""
-    return [middle_of(chain), chain.mass.size - 1, *([0] if chain.behind is not None else [])]
 
 
 def motion_of(chain: MovingChain, frames: ChainFrames) -> Motion:
     """Return what the checks see of a chain."""
-    force = {contact: frames.force[:, frames.contacts.index(contact)] for contact in checked_contacts(chain)}
-    deepest = frames.deepest.copy()
-    if chain.force_by_approach:
-        peaks = chain.force(deepest)
-        for contact, of_contact in force.items():  # a structure's own flexibility adds to the approach
-            peaks[contact] = of_contact.max()
-    else:
-        peaks = frames.force.max(axis=0)[np.argsort(frames.contacts)]
-    deepest[-1] -= chain.flexibility * peaks[-1]
-    return Motion(force, peaks, deepest)
+    force, deepest = frames.force.T[np.argsort(frames.contacts)], frames.deepest.copy()
+    deepest[-1] -= chain.flexibility * force[-1].max()
+    return Motion(force, deepest)
 
 
 class Frames:
     """Frames of a run: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
 
-    kept: of each chain; None for everything. Behind that come the contacts and bodies that the checks after the run
-    need: see `checked_contacts`; all contacts where losses, yield or vibrations prevent their peaks from being known by
-    their deepest approach.
-
+    kept: of each chain; None for everything. Behind that come the other contacts, which the checks after the run need.
     saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known.
     """
 
@@ -137,12 +115,6 @@ class Frames:
             contact, body = contacts, bodies
         return found
 
-    def clear(self) -> "Frames":
-        """Forget an earlier run but for its rows, which the next one overwrites."""
-        self.saved.deepest[:], self.saved.surface[:] = -np.inf, 0.0
-        self.saved.structure["taken"] = 0.0
-        return self
-
     def count_damping(self, interface: Interface) -> None:
         """Add what the damping of linear structures took: the part of the work that is not in their energy.
 
@@ -159,5 +131,4 @@ def _columns(chain: MovingChain, selection: Kept | None) -> Kept:
     every = [*range(chain.mass.size)]
     if selection is None:
         return Kept(every, [*range(chain.rest.size)])
-    contacts = checked_contacts(chain) if chain.force_by_approach else every
-    return Kept([*selection.contacts, *sorted(set(contacts) - set(selection.contacts))], selection.bodies)
+    return Kept([*selection.contacts, *sorted(set(every) - set(selection.contacts))], selection.bodies)
