@@ -75,6 +75,7 @@ WRONG_RODS = [
     ("beads = 8", "beads = 8\nbeads = 9", 3, "is given twice"),
     ("[run]", "[run", 14, "TOML"),
     ("beads = 8", "beads = 0x", 2, "TOML"),
+    ('shape = "sphere"', 'shape = "sphere", shape = "sphere"', 3, "is given twice"),
     # Names of sections and entries.
     ("[structure]", "[strucutre]", 7, "strucutre: is no entry here; did you mean structure?"),
     ("beads = 8", "bead_count = 8", 2, "chain.bead_count: is no entry here"),
@@ -135,6 +136,7 @@ WRONG_RODS = [
     # What hertzlink's objects refuse.
     ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
     ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),
+    ('shape = "sphere", diameter = "9.53 mm"', 'shape = "hollow_sphere", radius = "4 mm", inner_radius = "5 mm"', 3, 'chain.bead.inner_radius: "5 mm" must be less than the radius, 4 mm'),
     ('"0.3 m/s"', '"0 m/s"', 5, 'chain.impact_speed: "0 m/s" must be a positive number of m/s'),
     ('"0.3 m/s"', '"0.3 m/s"\ndrop_height = "1 cm"', 6, "chain.drop_height: gives the impact speed; leave out impact_speed"),
     ("beads = 8", 'beads = 8\ninclination = 45', 3, "chain.inclination: 45.0 must lie between -2π and 2π"),
@@ -272,6 +274,7 @@ def test_a_wrong_case_is_one_line(
         ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0, so no entry [5]"),
         ("structure.kind.of=1", "structure.kind is no table"),
         ("structure[0]=1", "structure is no list"),
+        ("structure.layers.length=1", "structure.layers has 2 entries, counted from 0; write structure.layers[0].length"),
         ("nonsense", 'has no "="'),
         ("=3", '"" is no path of an entry'),
         ("a..b=3", "is no path of an entry"),

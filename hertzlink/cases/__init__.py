@@ -80,6 +80,9 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
     for i, part in enumerate(path):
         before, number = written(path[:i]), isinstance(part, int)
         fits = isinstance(at, list) if number else isinstance(at, dict)
+        if not fits and isinstance(at, list):
+            meant = written((*path[:i], 0, *path[i:]))
+            raise ValueError(f"{before} has {count_of(len(at), 'entry')}, counted from 0; write {meant}")
         if not fits:
             raise ValueError(f"{before} is no {'list' if number else 'table'}, so it has no entry {written((part,))}")
         if isinstance(part, int) and part >= len(at):
@@ -301,7 +304,7 @@ def _syntax(name: str, message: str, text: str) -> str:
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
     quantities = (typed for typed in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(typed)))
     reason = f"{words}; this is no TOML"
-    if words.startswith(("Cannot overwrite", "Cannot declare")):
+    if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
         same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
         first = f", first in line {same[-1]}" if same else ""
         reason = f"this entry or section is given twice{first}; keep one of them"

@@ -93,12 +93,13 @@ class Call:
         if not equals or typed is None:
             return Fault((*self.path, *place), f"is missing; {reason}" if equals and value == "None" else reason)
 
-        # A range is in the unit of what the user wrote.
+        # A limit is in the unit of what the user wrote.
         match = NUMBER.fullmatch(typed) if isinstance(typed, str) else None
-        stated = re.search(r"between (\S+) and (\S+) (m|s|N)\b", reason)
+        stated = re.search(r"(?:between \S+ and |, )\S+ (m|s|N)(?![\w/·²³])", reason)
         if match and match[2] and stated:
-            low, high = (float(end) / float(factor(match[2], stated[3])) for end in stated.groups()[:2])
-            reason = reason.replace(stated[0], f"between {low:.6g} and {high:.6g} {match[2]}")
+            size = float(factor(match[2], stated[1]))
+            limit = re.sub(r"\d[\d.]*(e[-+]?\d+)?", lambda one: f"{float(one[0]) / size:.6g}", stated[0])
+            reason = reason.replace(stated[0], limit.removesuffix(stated[1]) + match[2])
         joined = " " if reason.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "
         value = f"{shown(typed)}: half of it" if half else shown(typed) if isinstance(typed, str) else value
         return Fault((*self.path, *place), f"{value}{joined}{reason}")

@@ -34,8 +34,8 @@ MOST_POINTS = 100_000
 VARIED = ("chain", "structure", "materials")
 """Sections whose entries can vary. The section [run] holds for all runs."""
 
-OWN_NAMES = OF_RUNS | {"sensor", "distance", "within", "end", "error"}
-"""Names that results use themselves."""
+OWN_NAMES, OF_CRITICAL = OF_RUNS | {"sensor", "error"}, {"distance", "within", "end"}
+"""Names that results use themselves, and those of a critical distance."""
 
 EDGES = ("distance from the left edge", "distance from the bottom edge")
 """The two numbers of the place `at` of a contact on a rectangular plate."""
@@ -85,6 +85,7 @@ class Axis:
 def axes_of(case: Case) -> tuple[Axis, ...]:
     """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
     axes: list[Axis] = []
+    reserved = OWN_NAMES | (OF_CRITICAL if case.measure.critical_distance else set())
     for key, given in case.tree.entries.get("sweep", {}).items():
         place: Path = ("sweep", key)
         path = path_of(key, place)
@@ -101,7 +102,7 @@ def axes_of(case: Case) -> tuple[Axis, ...]:
         last = written(path[-2:] if isinstance(path[-1], int) else path[-1:])
         last = {"at[0]": "x", "at[1]": "y"}.get(last, last)
         label = written(path) if last in [axis.label for axis in axes] else last
-        name = re.sub(r"\W+", "_", written(path) if label in OWN_NAMES else label).strip("_")
+        name = re.sub(r"\W+", "_", written(path) if label in reserved else label).strip("_")
         axes.append(Axis(path, place, label, name, values, *unit_at(case, path, texts), words_of(case, path)))
     if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
         raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")

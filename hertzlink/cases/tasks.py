@@ -221,7 +221,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
         else:
 
             def computed(finding: str) -> str:
-                cure = f'{finding.split("; ")[0]}; "fresh spot" in the table is with {YIELDING}'
+                cure = f'{finding.split("; ")[0]}; "fresh spot" in the table contains it, by Jackson and Green\'s law'
                 return cure if is_of_yield(finding) else finding
 
             said = list(map(computed, said))
