@@ -232,11 +232,8 @@ class MovingChain:
         return overlap
 
     def force(self, approach: Vector) -> Vector:
-        """Return the force of each contact, N, at approaches, ... × contacts, m, without losses and springs."""
-        force, closed = np.zeros(approach.shape), np.maximum(approach, 0.0)
-        for law, which in self.groups.items():
-            force[..., which] = law.force(closed[..., which])
-        return force
+        """Return the force of each contact, N, at an approach of each, m, without losses and springs."""
+        return self._over_contacts(lambda law, i: law.force(np.maximum(approach[i], 0.0)))
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
         return contacts.cautions(self.pairs, self.groups, deepest)

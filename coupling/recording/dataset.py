@@ -36,10 +36,7 @@ def dataset(
         more: dict[str, Any] = {}
     else:
         contacts, bodies = selection
-        of_chains = [
-            {"contact_force": part.force[:, : len(contacts)], "velocity": part.velocity[:, : len(bodies)]}
-            for part in frames.chains
-        ]
+        of_chains = [{"contact_force": part.force[:, contacts], "velocity": part.velocity} for part in frames.chains]
         beads = [len(chain.chain.beads) for chain in chains]
         values, more = {}, {"beads": beads if size > 1 else beads[0]}
     for name in dict.fromkeys(name for of_chain in of_chains for name in of_chain):

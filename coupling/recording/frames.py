@@ -34,13 +34,11 @@ def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
 class ChainFrames(NamedTuple):
     """The frames of one chain.
 
-    contacts, bodies: numbers from zero of the contacts and bodies that are kept at all saved times; force (N) and
-    velocity (m/s): saved times × these. deepest: the greatest approach of each contact, m. position (m): rows of the
-    ledger × coordinates, first those of the bodies; energy: records CHAIN_FRAME of these rows.
+    force (N): saved times × contacts; velocity (m/s): saved times × bodies that are kept. deepest: the greatest
+    approach of each contact, m. position (m): rows of the ledger × coordinates, first those of the bodies; energy:
+    records CHAIN_FRAME of these rows.
     """
 
-    contacts: list[int]
-    bodies: list[int]
     force: Vector
     velocity: Vector
     deepest: Vector
@@ -60,32 +58,31 @@ class Motion(NamedTuple):
 
 def motion_of(chain: MovingChain, frames: ChainFrames) -> Motion:
     """Return what the checks see of a chain."""
-    force, deepest = frames.force.T[np.argsort(frames.contacts)], frames.deepest.copy()
-    deepest[-1] -= chain.flexibility * force[-1].max()
-    return Motion(force, deepest)
+    deepest = frames.deepest.copy()
+    deepest[-1] -= chain.flexibility * frames.force[:, -1].max()
+    return Motion(frames.force.T, deepest)
 
 
 class Frames:
     """Frames of a run: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
 
-    kept: of each chain; None for everything. Behind that come the other contacts, which the checks after the run need.
+    kept: of each chain; None for everything. The checks after the run need the forces of the other contacts, too.
     saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known.
     """
 
-    def __init__(self, interface: Interface, rows: int, selection: Kept | None = None) -> None:
-        self.rows, self.kept = rows, selection
-        self.columns = [_columns(chain, selection) for chain in interface.chains]
+    def __init__(self, interface: Interface, rows: int, kept: Kept | None = None) -> None:
+        self.rows, self.kept, self.places, self.contacts = rows, kept, interface.places, interface.bodies
         numbers = np.arange(interface.coordinates)
-        contacts = [numbers[place][part.contacts] for place, part in zip(interface.places, self.columns, strict=True)]
-        bodies = [numbers[place][part.bodies] for place, part in zip(interface.places, self.columns, strict=True)]
-        every = 1 if selection is None else max(rows - 1, 1)
-        entries, size = (rows - 1) // every + 1, interface.size
+        bodies = [numbers[place] if kept is None else numbers[place][kept.bodies] for place in self.places]
+        self.ends = np.cumsum([len(of_chain) for of_chain in bodies])
+        every = 1 if kept is None else max(rows - 1, 1)
+        count, entries, size = self.contacts[-1].stop, (rows - 1) // every + 1, interface.size
         self.saved = Recorder(
-            np.concatenate(contacts),
+            np.arange(count),
             np.concatenate(bodies),
-            np.zeros((rows, sum(map(len, contacts)))),
-            np.zeros((rows, sum(map(len, bodies)))),
-            np.full(interface.bodies[-1].stop, -np.inf),
+            np.zeros((rows, count)),
+            np.zeros((rows, self.ends[-1])),
+            np.full(count, -np.inf),
             np.zeros((3, size)),
             every,
             np.zeros((entries, interface.coordinates)),
@@ -94,26 +91,16 @@ class Frames:
             np.zeros((len(interface.structures), entries), STRUCTURE_FRAME),
             np.zeros(entries, TIME_FRAME),
         )
-        self.places, self.bodies = interface.places, interface.bodies
 
     @property
     def chains(self) -> list[ChainFrames]:
         """The parts of each chain."""
-        found, contact, body = [], 0, 0
-        for number, part in enumerate(self.columns):
-            contacts, bodies = contact + len(part.contacts), body + len(part.bodies)
-            found.append(
-                ChainFrames(
-                    *part,
-                    self.saved.force[:, contact:contacts],
-                    self.saved.velocity[:, body:bodies],
-                    self.saved.deepest[self.bodies[number]],
-                    self.saved.position[:, self.places[number]],
-                    self.saved.chain[number],
-                )
-            )
-            contact, body = contacts, bodies
-        return found
+        saved = self.saved
+        velocities = np.split(saved.velocity, self.ends[:-1], axis=1)
+        return [
+            ChainFrames(saved.force[:, own], velocity, saved.deepest[own], saved.position[:, place], energy)
+            for own, velocity, place, energy in zip(self.contacts, velocities, self.places, saved.chain, strict=True)
+        ]
 
     def count_damping(self, interface: Interface) -> None:
         """Add what the damping of linear structures took: the part of the work that is not in their energy.
@@ -124,11 +111,3 @@ class Frames:
             frames = self.saved.structure[place]
             work = self.saved.work["work"][interface.touching[place]].sum(axis=0)
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
-
-
-def _columns(chain: MovingChain, selection: Kept | None) -> Kept:
-    """Return the contacts and bodies of a chain that are recorded."""
-    every = [*range(chain.mass.size)]
-    if selection is None:
-        return Kept(every, [*range(chain.rest.size)])
-    return Kept([*selection.contacts, *sorted(set(every) - set(selection.contacts))], selection.bodies)

@@ -280,7 +280,7 @@ class Records:
         self.yields = self.yields or bool(chain.yielding)
         self.static[i] = chain.static_force[contacts]
         self.centre[i] = chain.once("centres", lambda: chain.chain.centres)[bodies]
-        self.force[i], self.velocity[i] = saved.force[:, : len(contacts)], saved.velocity[:, : len(bodies)]
+        self.force[i], self.velocity[i] = saved.force[:, contacts], saved.velocity
         self.energy[i] = chain.chain.impact_energy
 
     def dataset(self) -> xr.Dataset:
