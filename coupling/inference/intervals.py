@@ -52,12 +52,13 @@ def interval_of(
     correlated = abs(covariance[k] / (root * root[k]))
     correlated[k] = 0.0
     ridge = covariance[k] / covariance[k, k]
-    # Where χ² is nearly a parabola, its root is straight, and what it rises by moves the ends a little.
+    # Where χ² rises much as its curvature predicts, its root is nearly straight, and the rise moves the ends: within a
+    # twentieth of the half-width of those of the profile where it rises more, and up to a fifth outside where less.
     rises = []
     if half < min(0.1, place, 1.0 - place) and correlated.max() < 0.98:
         line = [np.clip(best.places + side * half * ridge, 0.0, 1.0) for side in (-1.0, 1.0)]
         rises = [(fit.misfit - best.misfit) / (inflation * DEVIATIONS**2) for fit in search.misfit.fits(line)]
-    if rises and all(0.8 < rise < 1.25 for rise in rises):
+    if rises and all(1.0 / 3.0 < rise < 1.5 for rise in rises):
         low, high = place - half / rises[0] ** 0.5, place + half / rises[1] ** 0.5
     else:
         low, high = (_risen(search, best, k, half, inflation, limit, ridge) for limit in (0.0, 1.0))

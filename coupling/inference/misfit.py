@@ -171,8 +171,10 @@ class Misfit:
         here, size = self._fit(places, self.prediction.trace(places), None), places.size
         above = np.minimum(places + steps, 1.0)
         below = np.maximum(places - steps, 0.0) if central else np.where(above > places, places, places - steps)
-        moved = np.where(np.eye(size, dtype=bool), np.stack([below, above])[:, :, None], places)
-        beside = [fit if fit.works else here for fit in self.fits(list(moved.reshape(-1, size)), here.time_zero)]
+        moved = np.where(np.eye(size, dtype=bool), np.stack([below, above])[:, :, None], places).reshape(-1, size)
+        away = (moved != places).any(axis=1)
+        others = iter(self.fits(list(moved[away]), here.time_zero))
+        beside = [fit if fit.works else here for fit in (next(others) if other else here for other in away)]
         residuals = np.stack([fit.residual for fit in beside]).reshape(2, size, -1)
         sensors = np.array([[fit.time_zero / self.unit, *fit.gains] for fit in beside]).reshape(2, size, -1)
         failed = np.array([fit is here for fit in beside]).reshape(2, size)
