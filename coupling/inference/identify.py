@@ -21,7 +21,7 @@ from coupling.inference.identification import (
 )
 from coupling.inference.intervals import UNLIKELY, covariance_of, interval_of
 from coupling.inference.measured import Measured, measured_signal, remembered
-from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Fit, Misfit, inverse
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Fit, Misfit, Point, inverse
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, length_of, range_of
 from coupling.inference.search import MANY, Search
@@ -158,35 +158,22 @@ def _check_times(measured: Measured, prediction: Prediction) -> None:
 def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs: dict[str, Any]) -> Identification:
     """Search, and judge what is found. discrepancy: of the model, as a part of each peak."""
     misfit, prediction = search.misfit, search.misfit.prediction
-    minima = search.minima()
-    best, point, beside = search.settled(minima[0])
-    if any(sensor.memory.size for sensor in misfit.measured.sensors):
-        rows = misfit.data(best).residual.transpose("sensor", "time").values
-        sensors = [
-            remembered(sensor, row) if sensor.memory.size else sensor
-            for sensor, row in zip(misfit.measured.sensors, rows, strict=True)
-        ]
-        rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
-        misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
-        minima = [search.solved(places) for places in rivals]
-        best, point, beside = search.settled(search.solved(best.places))
+    best, point, others = _settled(search)
     covariance, size, explained = covariance_of(misfit, point, discrepancy)
 
     # Other fits that the noise does not exclude, and that are apart.
     inflation = np.maximum(np.diag(covariance) / np.diag(inverse(point.columns)), 1e-6)[: search.size]
     modes, root = [best], np.sqrt(np.diag(covariance))
-    for fit in sorted([*minima, *beside], key=lambda one: one.misfit):
+    for fit in sorted(others, key=lambda one: one.misfit):
         as_good = fit.misfit - best.misfit < UNLIKELY * float(inflation.max())
         if as_good and all((abs(fit.places - mode.places) > 3.0 * root[: search.size]).any() for mode in modes):
             modes.append(fit)
 
-    unknowns, at_end = dict[str, Unknown](), list[str]()
+    unknowns = dict[str, Unknown]()
     for k, unknown in enumerate(search.ranges):
         place = best.places[k]
         ends = interval_of(search, modes, k, covariance, float(inflation[k]))
         value, low, high = (unknown.value(one) for one in (place, *ends))
-        if min(place, 1.0 - place) < 1e-6:
-            at_end.append(unknown.name)
         if unknown.name in nuisances:
             verdict = NUISANCE
         elif not explained:
@@ -194,36 +181,19 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         elif high - low > HALF * min(2.0 * abs(value), unknown.high - unknown.low):
             verdict = BLIND
         else:
-            verdict = AT_END if unknown.name in at_end else IDENTIFIED
+            verdict = AT_END if _is_at_end(place) else IDENTIFIED
         unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict)
-    gains = iter(best.gains.tolist())
-    for name, half in zip(misfit.names[search.size :], (DEVIATIONS * root[search.size :]).tolist(), strict=True):
-        of_time = name == TIME_ZERO
-        value, half = (best.time_zero, half * misfit.unit) if of_time else (next(gains), half)
-        unit: tuple[Any, ...] = ("µs", 1e-6) if of_time else ()
-        unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, *unit)
+    halves, gains = (DEVIATIONS * root[search.size :]).tolist(), iter(best.gains.tolist())
+    for name, half in zip(misfit.names[search.size :], halves, strict=True):
+        unit, size_of = ("µs", misfit.unit) if name == TIME_ZERO else ("", 1.0)
+        value, half = best.time_zero if unit else next(gains), half * size_of
+        unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, unit, 1e-6 if unit else 1.0)
 
-    notes = list[str]()
-    if not explained:
-        notes.append(
-            f"the residual is {size:.3g} times the noise: the model lacks something, and values may be biased by more "
-            "than their intervals"
-        )
     said = [warning for warning in prediction.warnings.values() if not warning.startswith("yield: ")]
-    if len(said) < len(prediction.warnings):
-        # Of yield, only what the best run does.
-        with collected():
-            run = prediction.made(**prediction.values(best.places)).run(prediction.until)
-        notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
-    notes += [f"{name}: {AT_END}; widen it" for name in at_end]
-    notes += [
-        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
-        for name, one in unknowns.items()
-        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
-    ]
-    notes += _of_sensors(misfit, best)
-    if prediction.failed:
-        notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
+    notes = _notes(search, best, unknowns, len(said) < len(prediction.warnings))
+    if not explained:
+        words = "the model lacks something, and values may be biased by more than their intervals"
+        notes.insert(0, f"the residual is {size:.3g} times the noise: {words}")
     if len(modes) > 1:
         notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
     if explained and search.guess is None and search.size >= MANY:
@@ -239,9 +209,43 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
     )
 
 
-def _of_sensors(misfit: Misfit, best: Fit) -> list[str]:
-    """Return what was fitted as hum, drift and correlated noise."""
-    data, notes = misfit.data(best), list[str]()
+def _settled(search: Search) -> tuple[Fit, Point, list[Fit]]:
+    """Return the best fit, its derivatives, and the other minima."""
+    misfit, minima = search.misfit, search.minima()
+    best, point, beside = search.settled(minima[0])
+    if not any(sensor.memory.size for sensor in misfit.measured.sensors):
+        return best, point, [*minima, *beside]
+    rows = misfit.data(best).residual.transpose("sensor", "time").values
+    sensors = [
+        remembered(sensor, row) if sensor.memory.size else sensor
+        for sensor, row in zip(misfit.measured.sensors, rows, strict=True)
+    ]
+    rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
+    misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
+    minima = [search.solved(places) for places in rivals]
+    best, point, beside = search.settled(search.solved(best.places))
+    return best, point, [*minima, *beside]
+
+
+def _is_at_end(place: float) -> bool:
+    return min(place, 1.0 - place) < 1e-6
+
+
+def _notes(search: Search, best: Fit, unknowns: Mapping[str, Unknown], yields: bool) -> list[str]:
+    """Return what the user must know of the best fit. yields: contacts of some runs yield."""
+    misfit, prediction, notes = search.misfit, search.misfit.prediction, list[str]()
+    if yields:
+        with collected():
+            run = prediction.made(**prediction.values(best.places)).run(prediction.until)
+        notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
+    at_end = [unknown.name for unknown, place in zip(search.ranges, best.places, strict=True) if _is_at_end(place)]
+    notes += [f"{name}: {AT_END}; widen it" for name in at_end]
+    notes += [
+        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
+        for name, one in unknowns.items()
+        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
+    ]
+    data = misfit.data(best)
     for row, sensor in enumerate(misfit.measured.sensors):
         if sensor.drifts:
             baseline, peak = data.baseline.values[row][misfit.used[row]], float(abs(best.fitted[row]).max())
@@ -254,4 +258,6 @@ def _of_sensors(misfit: Misfit, best: Fit) -> list[str]:
                 f"sensor {sensor.bead}: its noise is correlated from sample to sample, as the quiet lead shows, and "
                 f"was fitted with a memory of {count_of(sensor.memory.size, 'sample')}"
             )
+    if prediction.failed:
+        notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
     return notes

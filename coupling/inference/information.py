@@ -23,20 +23,8 @@ from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Likely
 from structures.structure import Vector
 
-STEP = 1e-3
-"""Half the distance of runs for a derivative, as a part of the value."""
 
-DRAWS, SEED = 64, 0
-"""Noisy traces from which the errors of AR and TOF are taken: exact to 9 %."""
-
-SURE = 0.1
-"""The user is warned where half the distance changes a bound by more than this part."""
-
-EARLY = 0.8
-"""A wave comes back after this part of the time that theory gives: in compressed chains after 0.86 or more."""
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Information(Printed):
     """What a signal determines at best; returned by `identifiability`.
 
@@ -129,23 +117,20 @@ def identifiability(
     design = Design(build, values, sensors, until, nuisances, noise, sample_every)
     derivatives = design.waveform if compare == "waveform" else design.features
 
-    # Steps that suit the errors, and a warning where half of them change an error that is not blind anyway.
-    first = np.array([*bounds_of(derivatives(STEP))[0].values()])[: len(values)]
+    # Steps that suit the errors, and a warning where half of them change an error that is not blind by a tenth.
+    first = np.array([*bounds_of(derivatives(1e-3))[0].values()])[: len(values)]
     steps = steps_for(first)
     columns = derivatives(steps)
     bounds, halved = bounds_of(columns)[0], bounds_of(derivatives(0.5 * steps))[0]
-    notes, away = list[str](), {name: abs(halved[name] / bounds[name] - 1.0) for name in values}
-    unsure = [name for name in values if away[name] > SURE and DEVIATIONS * bounds[name] <= HALF]
-    if unsure:
+    notes, away = [*design.prediction.warnings.values()], {n: abs(halved[n] / bounds[n] - 1.0) for n in values}
+    warn(notes)
+    if unsure := [name for name in values if away[name] > 0.1 and DEVIATIONS * bounds[name] <= HALF]:
         largest = 100.0 * max(away[name] for name in unsure)
         notes.append(f"bounds of {', '.join(unsure)} are exact to {largest:.0f} % only")
     if missing := int(columns[..., 0].isnull().sum()):
         notes.append(f"{missing} of {columns[..., 0].size} features have no wave to be measured of")
     unit = {TIME_ZERO: design.misfit.unit} | {name: abs(value) for name, value in design.values.items()}
-    said = [*design.prediction.warnings.values()]
-    warn(said)
-    bounds = {name: bound * unit.get(name, 1.0) for name, bound in bounds.items()}
-    return Information(design.values, bounds, [*said, *notes])
+    return Information(design.values, {name: bound * unit.get(name, 1.0) for name, bound in bounds.items()}, notes)
 
 
 class Design:
@@ -178,28 +163,25 @@ class Design:
             Sensor(bead, np.interp(time, self.prediction.time, trace), noise * max(float(trace.max()), 1e-300))
             for bead, trace in zip(beads, self.prediction.trace(self.places), strict=True)
         ]
-        offset = [name for name in self.nuisances if name == OFFSET]
-        self.misfit = Misfit(self.prediction, Measured(time, rows), offset, until)
+        self.misfit = Misfit(self.prediction, Measured(time, rows), {OFFSET} & {*self.nuisances}, until)
 
-    def waveform(self, steps: Vector | float = STEP) -> xr.DataArray:
+    def waveform(self, steps: Vector | float = 1e-3) -> xr.DataArray:
         """Return the derivatives of all samples, sensor × time × parameter; of the unknowns over twice these steps."""
         point, beads = self.misfit.at(self.places, np.broadcast_to(steps, self.places.shape)), self.prediction.sensors
         gains = [f"{GAIN} {bead}" for bead in beads]
         columns = np.hstack([point.columns, point.fit.slope[:, None], self.misfit.gain_columns(point.fit)])
-        axes = {
-            "sensor": beads, "time": self.misfit.measured.time, "parameter": [*self.values, TIME_ZERO, *gains],
-        }  # fmt: skip
-        data = xr.DataArray(columns.reshape(len(beads), -1, columns.shape[1]), axes, tuple(axes))
+        names, time = [*self.values, TIME_ZERO, *gains], self.misfit.measured.time
+        axes = {"sensor": beads, "time": time, "parameter": names}
+        data = xr.DataArray(columns.reshape(len(beads), -1, len(names)), axes, tuple(axes))
         free = [*self.values, *[TIME_ZERO] * (TIME_ZERO in self.nuisances), *gains * (GAIN in self.nuisances)]
         return data.sel(parameter=free)
 
     def features(
-        self, steps: Vector | float = STEP, sensors: Sequence[int] | None = None, until: float = inf,
-        draws: int = DRAWS,
-    ) -> xr.DataArray:  # fmt: skip
+        self, steps: Vector | float = 1e-3, sensors: Sequence[int] | None = None, until: float = inf, draws: int = 64
+    ) -> xr.DataArray:
         """Return the derivatives of AR and TOF at sensors, feature × parameter, over their errors in noisy draws; NaN
-        where a wave is missing. until: the end of the record, s."""
-        beads, random = sensors or self.prediction.sensors, np.random.default_rng(SEED)
+        where a wave is missing. until: the end of the record, s; 64 draws are exact to 9 %."""
+        beads, random = sensors or self.prediction.sensors, np.random.default_rng(0)
         measured, rows = self.misfit.measured, [self.prediction.sensors.index(n) for n in beads]
         time, early = measured.time[measured.time <= until], self.prediction.time <= until
         clean = np.stack([measured.sensors[row].force[: time.size] for row in rows])
@@ -214,16 +196,15 @@ class Design:
         return xr.DataArray(changes, {"parameter": [*self.values]}, ("feature", "parameter"))
 
     def _primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-        """Return AR and TOF (s) of the primary wave, sensor by sensor; NaN where it is missing.
-
-        What comes before a wave can have run to the structure and back is the tail of the incident one.
-        """
+        """Return AR and TOF (s) of the primary wave, sensor by sensor; NaN where it is missing."""
         moving, features = self.prediction.first.chain, list[float]()
         hop = moving.transit_time / (beads := len(moving.chain.beads))
         with collected():
             signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
             for n in sensors:
-                wave = reflections(signal, n, earliest=EARLY * 2.0 * (beads - n) * hop).primary
+                # A wave is back after 0.86 or more of the time that theory gives, in compressed chains; what comes
+                # earlier is the tail of the incident one.
+                wave = reflections(signal, n, earliest=0.8 * 2.0 * (beads - n) * hop).primary
                 found = isinstance(wave, ReflectedWave)
                 features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2
         return np.array(features)

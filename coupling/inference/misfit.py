@@ -5,7 +5,7 @@ zero by a search in one dimension. So they are projected out of the residual (va
 the unknowns of the builder alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +65,7 @@ class Point(NamedTuple):
 class Misfit:
     """Compares predictions with a measured signal, up to `until` s after the impact."""
 
-    def __init__(self, prediction: Prediction, measured: Measured, nuisances: Sequence[str], until: float) -> None:
+    def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str], until: float) -> None:
         self.prediction, self.until, self.unit = prediction, until, prediction.contact_time
         self.free = [name for name in OF_SENSORS if name in nuisances]
         self.count(measured)

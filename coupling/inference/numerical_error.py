@@ -12,7 +12,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import Printed, as_text
-from coupling.plan import Adaptive
+from coupling.plan import Adaptive, Plan
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
@@ -42,7 +42,7 @@ MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
 """What is read from a run at a sensor: its name in tables, its unit there, and the function."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NumericalError(Printed):
     """Measures of a run, and estimates of their errors by source; returned by `numerical_error`.
 
@@ -162,76 +162,69 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
 
     run = usual.run(until, sensors=saved)
     with collected() as said:
-        values = measured(run)
-    present = {name: value for name, value in values.items() if not isnan(value)}
+        values = {name: value for name, value in measured(run).items() if not isnan(value)}
 
-    # The runs that are compared with this one, and the factors that make the changes errors.
-    windows: dict[str, Any] = {"window": plan.length / 2.0}
-    if isinstance(usual.window, Adaptive):
-        # A window's error, of a chord to a parabola, grows as its length squared: a quarter is half the window.
-        windows = {"window": Adaptive(usual.window.tolerance / 4.0)}
-    shorter = usual.replace(**windows, dt=plan.length / usual.chain.steps(plan.length) / 2.0)
+    parts, notes, warnings = dict[str, dict[str, float]](), dict[str, str](), list(dict.fromkeys(said))
     with collected():
         again = measured(built().run(until, sensors=saved))
-        refined = {TIME: measured(shorter.run(until, plan.interval / 2.0, sensors=saved))}
-        sizes, notes = {TIME: RICHARDSON}, {TIME: "windows, steps and saved intervals halved"}
-        for source in (MESH, REDUCTION):
-            fine, sizes[source], notes[source] = _finer(source, usual, built)
-            refined[source] = values if fine is None else measured(fine.run(until, sensors=saved))
-    for name, value in present.items():
-        if not abs(again[name] - value) <= 1e-6 * abs(value):
-            label, unit, _ = MEASURES[name]
-            raise ValueError(
-                f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and {again[name] / unit:.9g} "
-                "of the next, with the same values; must return the same at each call"
-            )
-    parts = {
-        source: {name: size * (values[name] - refined[source][name]) for name in present}
-        for source, size in sizes.items()
-    }
-
-    warnings = list(dict.fromkeys(said))
-    for source, size in sizes.items():
-        lost = [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]
-        if isnan(size):
-            warnings.append(f"{source}: {notes[source]}")
-        elif lost:
-            warnings.append(f"{source}: {', '.join(lost)} without an error, as the finer run does not have this wave")
-    if "amplitude_ratio" not in present:
+        for name, value in values.items():
+            if not abs(again[name] - value) <= 1e-6 * abs(value):
+                label, unit, _ = MEASURES[name]
+                raise ValueError(
+                    f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and "
+                    f"{again[name] / unit:.9g} of the next, with the same values; must return the same at each call"
+                )
+        for source in (TIME, MESH, REDUCTION):
+            fine, size, notes[source] = _finer(source, usual, built, plan)
+            every = plan.interval / 2.0 if source == TIME else None
+            refined = values if fine is None else measured(fine.run(until, every, sensors=saved))
+            parts[source] = {name: size * (value - refined[name]) for name, value in values.items()}
+            lost = [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]
+            if isnan(size):
+                warnings.append(f"{source}: {notes[source]}")
+            elif lost:
+                words = "without an error, as the finer run does not have this wave"
+                warnings.append(f"{source}: {', '.join(lost)} {words}")
+    if "amplitude_ratio" not in values:
         warnings.append(f"waves: none returns to bead {sensor} until {readable(until, 's')}")
     warn(warnings)
-    return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
+    return NumericalError(sensor, values, parts, notes, [*findings_of(run), *warnings])
 
 
 def _finer(
-    source: str, usual: CoSimulation, built: Callable[..., CoSimulation]
+    source: str, usual: CoSimulation, built: Callable[..., CoSimulation], plan: Plan
 ) -> tuple[CoSimulation | None, float, str]:
     """Return a simulation with one source refined, the factor that makes the change an error, and what was refined.
 
     The factor is zero where there is nothing to refine, and NaN where something was not refined.
     """
-    having = list[int]()
-    for i, body in enumerate(usual.interface.structures):
-        structure = body.structure
+    if source == TIME:
+        # The error of an adaptive window, of a chord to a parabola, grows as its length squared: a quarter is half the
+        # window.
+        half: Any = Adaptive(usual.window.tolerance / 4.0) if isinstance(usual.window, Adaptive) else plan.length / 2.0
+        shorter = usual.replace(window=half, dt=plan.length / usual.chain.steps(plan.length) / 2.0)
+        return shorter, RICHARDSON, "windows, steps and saved intervals halved"
+    structures = [body.structure for body in usual.interface.structures]
+    factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
+    if source == MESH:
         # A mesh has mass; closed forms, as of the half-space, have none. Of a user's solver nobody knows.
-        has = source == MESH and (structure is None or bool(structure.mass.count_nonzero()))
-        if source == REDUCTION and structure is not None:
-            report: Any = structure.origin.get("reduction")
-            has = report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
-        if has:
-            having.append(i)
+        having = [i for i, one in enumerate(structures) if one is None or one.mass.count_nonzero()]
+        size, words = RICHARDSON, "cells halved"
+    else:
+        reports = [{} if one is None else one.origin.get("reduction") or {} for one in structures]
+        errors = [report.get("error_estimate", 0.0) / report.get("tolerance", 1.0) for report in reports]
+        having = [i for i, error in enumerate(errors) if error > TIGHTER]
+        size, words = 1.0, "to a hundredth of its tolerance"
     if not having:
         return None, 0.0, "none"
     try:
-        fine = built(**({"cells": 2} if source == MESH else {"tolerance": TIGHTER}))
+        fine = built(**factors)
     except ValueError as error:  # too many cells: those of the user are near the limit
         return None, nan, f"not estimated; {error}"
     for i in having:
-        old, new = (simulation.interface.structures[i].structure for simulation in (usual, fine))
+        old, new = structures[i], fine.interface.structures[i].structure
         same = old is not None and np.array_equal(old.contact, new.contact)
         if old is None or (same and np.array_equal(old.stiffness.data, new.stiffness.data)):
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
             return None, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
-    if source == MESH:
-        return fine, RICHARDSON, "cells halved"
-    return fine, 1.0, "to a hundredth of its tolerance"
+    return fine, size, words
