@@ -6,7 +6,7 @@ parameter alone.
 
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -17,10 +17,10 @@ from coupling.plan import Adaptive, Plan
 from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
-from coupling.sweeps.batch import Measure, Records
+from coupling.sweeps.batch import Measure, Records, as_measures
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import collected
-from structures.checks import finite, function, instance, positive
+from structures.checks import finite, function, positive
 from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import readable
@@ -110,7 +110,7 @@ def sensitivities(
     read = function("measure", measure or waves_at(run.bead.values.tolist()), 1, "a function of a Dataset of runs")
     rates, data = differences(build, values, simulation, plan, run, read, jumps)
     with collected() as of_measure:
-        here = as_measures(read(data.isel(run=[0])), run).isel(run=0, drop=True)
+        here = as_measures(read(data.isel(run=[0])), 1, run.variables).isel(run=0, drop=True)
 
     findings = list(dict.fromkeys([*said, *of_measure]))
     for name, rate in rates.items():
@@ -163,12 +163,12 @@ def differences(
             runs = Records(lambda **row: build(**row).replace(**settings), columns, until, plan.interval, kept, beads)
             runs.fill(1)
             data = runs.dataset().drop_vars(list(values)).assign_attrs(run.attrs)
-            measures = as_measures(measure(data), run)
+            measures = as_measures(measure(data), len(rows), run.variables)
         for name, value in measures.data_vars.items():
-            if value.sizes.get("run") != len(rows) or "parameter" in value.dims or name in run.variables:
+            if {"run", "parameter"} & {*value.dims} != {"run"} or name in run.variables:
                 raise ValueError(
-                    f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {len(rows)}, have "
-                    "none that is called parameter, and a name that a run does not use"
+                    f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run, have none that is "
+                    "called parameter, and a name that a run does not use"
                 )
         every = {"contact_force": runs.force, "velocity": runs.velocity}
         every |= {str(name): value.transpose("run", ...).values for name, value in measures.data_vars.items()}
@@ -211,13 +211,3 @@ def waves_at(sensors: list[int]) -> Measure:
         return xr.concat(waves, xr.DataArray(sensors, dims="sensor", name="sensor"))
 
     return measure
-
-
-def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
-    """Return what a measure gave as a Dataset."""
-    if isinstance(values, xr.DataArray):
-        # A force's greatest value is still called contact_force, and is another quantity.
-        name = "measure" if values.name is None or values.name in run.variables else str(values.name)
-        return values.to_dataset(name=name)
-    measures: xr.Dataset = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
-    return measures

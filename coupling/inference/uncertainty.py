@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from coupling.inference.identification import Printed, as_text
-from coupling.inference.sensitivities import Build, as_measures, sensitivities, waves_at
+from coupling.inference.sensitivities import Build, sensitivities, waves_at
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
-from coupling.sweeps.batch import Measure, batch
+from coupling.sweeps.batch import Measure, as_measures, batch
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
 from structures.checks import finite, whole
@@ -176,8 +176,12 @@ def uncertainty(
     ends = np.stack([-np.eye(size), np.eye(size)], axis=1).reshape(-1, size)
     moves = np.random.default_rng(seed).standard_normal((size, draws)).T if draws else ends
     columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
+
+    def measured(runs: xr.Dataset) -> xr.Dataset:
+        return as_measures(read(runs), runs.sizes["run"], runs.variables)
+
     with collected() as heard:
-        tables = batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(read(runs), runs), **columns)
+        tables = batch(build, until, sensors=[sensor], measure=measured, **columns)
     if draws:
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, budget.warnings)]
         budget.samples.update({name: tables[name].values for name in names})

@@ -1,6 +1,6 @@
 """Thousands of runs in memory, in threads: of chains that face nothing or linear structures."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import joblib
@@ -138,7 +138,7 @@ def batch(
         runs.fill(cores)
         findings += runs.findings
         reasons += [str(failure or "") for failure in runs.failures]
-        parts.append(runs.dataset() if measure is None else _measured(measure, runs.dataset()))
+        parts.append(runs.dataset() if measure is None else as_measures(measure(runs.dataset()), runs.count))
 
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
     said = gathered({f"run {i}": lines for i, lines in enumerate(findings) if lines}, count, "runs")
@@ -302,11 +302,12 @@ class Records:
         return xr.Dataset(data, coordinates, {"beads": self.beads, **yielding}).transpose("run", "time", ...)
 
 
-def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:
-    measured = measure(data)
-    if isinstance(measured, xr.DataArray):
-        measured = measured.to_dataset(name=measured.name or "measure")
-    result = instance("measure(runs)", measured, xr.Dataset, "a Dataset or a DataArray")
-    if result.sizes.get("run") != data.sizes["run"]:
-        raise ValueError(f"measure(runs): has the dimensions {dict(result.sizes)}; must keep run: {data.sizes['run']}")
-    return result
+def as_measures(values: Any, count: int, taken: Container[Any] = ()) -> xr.Dataset:
+    """Return what a measure gave for some runs as a Dataset; an array without a name, or with one that is taken, is
+    called "measure"."""
+    if isinstance(values, xr.DataArray):
+        values = values.to_dataset(name="measure" if not values.name or values.name in taken else values.name)
+    measures = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
+    if measures.sizes.get("run") != count:
+        raise ValueError(f"measure(runs): has the dimensions {dict(measures.sizes)}; must keep run: {count}")
+    return measures

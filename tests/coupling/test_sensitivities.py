@@ -112,7 +112,7 @@ WRONG = [
     ({"modulus": MODULUS, "measure": lambda runs: runs}, "a name that a run does not use"),
     (
         {"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()},
-        r"measure\(runs\): measure has the dimensions",
+        r"measure\(runs\): has the dimensions",
     ),
 ]
 
