@@ -4,7 +4,7 @@ While a builder runs, whether Python or a case file describes it, modes answer f
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,35 +21,15 @@ FREQUENCY = 60e3
 """Hz, of the modes at least. With 40 kHz traces of small thin plates, which hold many echoes, are off by 0.5 %."""
 
 Build = Callable[..., CoSimulation]
+OnModes = Callable[[Build], CoSimulation]
 
 
-@dataclass(frozen=True)
-class PlateModes:
-    """Modes of the plates that one builder makes; slowest: of those with the slowest waves, so the shortest."""
+def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
+    """Return what builds a co-simulation on the modes of its plate, of functions that make and strike such plates.
 
-    slowest: ModalPlate
-
-    def structure(self, plate: Plate, contacts: list[Contact]) -> Structure | None:
-        """Return the oscillators of a plate where it is struck; None where they do not serve."""
-        if not is_modal(plate) or len(contacts) != 1:
-            return None
-        modes, known = self.slowest, self.slowest.plate
-        if (plate.length, plate.width, plate.supports) != (known.length, known.width, known.supports):
-            # Another rectangle has other modes.
-            modes = ModalPlate(replace(plate, highest_frequency=known.highest_frequency), modes.until)
-        return modes.at(contacts[0].x, contacts[0].y, plate.thickness, plate.section.struck)
-
-    def simulation(self, build: Callable[[], CoSimulation]) -> CoSimulation:
-        """Return the co-simulation that a function makes, on the modes of its plate."""
-        with answered_by(self.structure):
-            return build()
-
-
-def modes_of(builds: Sequence[Callable[[], CoSimulation]], until: float) -> PlateModes | None:
-    """Return the modes for the plate of the first co-simulation and what lies between it and those of the others.
-
-    until: of the longest run, s. Each of the others differs from the first by one quantity. None where modes do not
-    serve, as where not one plate is struck at one place.
+    The modes are those of the plate with the slowest waves, so the shortest, between the plate of the first
+    co-simulation and those of the others, which differ from it by one quantity each. until: of the longest run, s. None
+    where modes do not serve, as where not one plate is struck at one place.
     """
     plates: list[Plate] = []
 
@@ -71,13 +51,28 @@ def modes_of(builds: Sequence[Callable[[], CoSimulation]], until: float) -> Plat
     first, speeds = plates[0], np.array([plate.section.bending[0, 0] / plate.section.mass for plate in plates]) ** 0.5
     slower = float(np.minimum(speeds / speeds[0], 1.0).prod())
     section = homogeneous_section(slower * first.thickness, first.section.struck)
-    highest = max(FREQUENCY, first.highest_frequency)
-    return PlateModes(ModalPlate(replace(first, section=section, highest_frequency=highest), until))
+    known = replace(first, section=section, highest_frequency=max(FREQUENCY, first.highest_frequency))
+    slowest = ModalPlate(known, until)
+
+    def structure(plate: Plate, contacts: list[Contact]) -> Structure | None:
+        if not is_modal(plate) or len(contacts) != 1:
+            return None
+        modes = slowest
+        if (plate.length, plate.width, plate.supports) != (known.length, known.width, known.supports):
+            # Another rectangle has other modes.
+            modes = ModalPlate(replace(plate, highest_frequency=known.highest_frequency), until)
+        return modes.at(contacts[0].x, contacts[0].y, plate.thickness, plate.section.struck)
+
+    def simulation(build: Build) -> CoSimulation:
+        with answered_by(structure):
+            return build()
+
+    return simulation
 
 
 def on_modes(build: Build, ranges: Mapping[str, tuple[float, float]], until: float) -> Build | None:
     """Return a builder of the same co-simulations on the modes of their plates; None where modes do not serve them."""
     middle = {name: 0.5 * (low + high) for name, (low, high) in ranges.items()}
     changes = [{}, *({name: end} for name, ends in ranges.items() for end in ends)]
-    modes = modes_of([partial(build, **(middle | change)) for change in changes], until)
-    return None if modes is None else lambda **values: modes.simulation(partial(build, **values))
+    simulation = modes_of([partial(build, **(middle | change)) for change in changes], until)
+    return None if simulation is None else lambda **values: simulation(partial(build, **values))

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.plates import PlateModes, modes_of
+from coupling.inference.plates import OnModes, modes_of
 from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
@@ -35,7 +35,7 @@ class Explorer:
 
     case: Case
     sliders: Sequence[Slider]
-    modes: PlateModes | None = None
+    modes: OnModes | None = None
     # Structures are kept between runs, so two runs at once would disturb each other.
     one_at_a_time: Lock = field(default_factory=Lock)
 
@@ -92,10 +92,10 @@ class Explorer:
         return case.run(self.simulation(case))
 
     def simulation(self, case: Case) -> CoSimulation:
-        return case.simulation() if self.modes is None else self.modes.simulation(case.simulation)
+        return case.simulation() if self.modes is None else self.modes(case.simulation)
 
 
-def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
+def modes_for(case: Case, sliders: Sequence[Slider]) -> OnModes | None:
     """Return the modes of the plates at all values of the sliders; None where modes do not serve them all."""
     moved = [slider for slider in sliders if slider.path[0] in ("structure", "materials")]
     reduced = case.tree.entries["run"].entries.get("reduce", True)
