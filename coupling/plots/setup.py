@@ -79,15 +79,13 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
         half = max(0.5 * size_of(bead)[1] for bead in chain["beads"])
         half = max(half, *(half_height(structure) for _, structure in faced.values()))
         y = top - half - (9.0 if len(chains) > 1 else 0.0)
-        start = draw_beads(sketch, chain["beads"], y)
+        start = draw_chain(sketch, chain, y, FIRST not in faced)
         if len(chains) > 1:
             ends = (f"contact {point} of structure {place}" for of, _, place, point in contacts if of == number)
             sketch.text(start, top - 5.0, ", ".join([f"chain {number}", *ends]))
             sketch.line([start], [top], linestyle="none")
         if FIRST in faced:
             draw_side(sketch, faced[FIRST][1], start, y, -1.0)
-        else:
-            draw_striker(sketch, chain, start, y)
         row, top = top, y - half - 6.0
         place, structure = faced.get(LAST, (0, None))
         if structure is None:
@@ -172,10 +170,11 @@ class Sketch:
         self.line([], [], words, color=COLOURS[1], marker=">", linestyle="none")
 
 
-def draw_beads(sketch: Sketch, beads: list[Any], y: float) -> float:
-    """Draw the beads, whose last one ends at x = 0; return the x of the struck end."""
+def draw_chain(sketch: Sketch, chain: Described, y: float, is_free: bool) -> float:
+    """Draw a chain, which ends at x = 0, and what strikes it where it is free; return the x of its struck end."""
     from matplotlib.patches import Circle, Ellipse, Rectangle
 
+    beads = chain["beads"]
     kinds = Counter(map(bead_in_words, beads))
     named = {words: f"{count} × {words}" for words, count in list(kinds.items())[: len(BEAD_COLOURS)]}
     faces = dict(zip(named, BEAD_COLOURS, strict=False))
@@ -190,25 +189,20 @@ def draw_beads(sketch: Sketch, beads: list[Any], y: float) -> float:
         if bead.get("inner_radius"):
             sketch.patch(Circle((x + 0.5 * width, y), 1e3 * bead["inner_radius"]), linewidth=0.4)
         x += width
-    return start
 
-
-def draw_striker(sketch: Sketch, chain: Described, x: float, y: float) -> None:
-    """Draw the body that strikes the first bead, left of it, with an arrow."""
-    from matplotlib.patches import Ellipse
-
-    striker, speed = chain.get("striker"), chain.get("impact_speed")
+    # An arrow shows what strikes the first bead.
+    striker, speed, gap = chain.get("striker"), chain.get("impact_speed"), 0.6 * size_of(beads[0])[0]
     moves = f", {float(speed):.3g} m/s" if speed else ""
-    gap = 0.6 * size_of(chain["beads"][0])[0]
     body = striker.get("striker", striker) if isinstance(striker, Mapping) else None
-    if isinstance(body, Mapping) and ("radius" in body or "size" in body):
+    if is_free and isinstance(body, Mapping) and ("radius" in body or "size" in body):
         width, height = size_of(body)
-        shape = Ellipse((x - gap - 0.5 * width, y), width, height)
+        shape = Ellipse((start - gap - 0.5 * width, y), width, height)
         sketch.patch(shape, f"striker: {bead_in_words(body)}{moves}", facecolor="#f2b38a")
-        sketch.arrow(x - gap - width, x, y + 0.5 * height + 2.0)
-    else:
+        sketch.arrow(start - gap - width, start, y + 0.5 * height + 2.0)
+    elif is_free:
         words = f"first bead starts{moves}" if striker is None else "pushed: a force or a place over time"
-        sketch.arrow(x - 2.0 * gap, x, y, words)
+        sketch.arrow(start - 2.0 * gap, start, y, words)
+    return start
 
 
 def half_height(structure: Any) -> float:
