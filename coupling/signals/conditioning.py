@@ -66,8 +66,33 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
             raise ValueError(
                 f"signal: sensor {sensor} has {count_of(count, 'sample')} without clipping, must have {FEWEST_SAMPLES}"
             )
-        forces[sensor], noise, done, cautions = _conditioned(time, force, frequency)
-        noises.append(noise)
+        filled, done = interpolated_over_gaps(force), list[str]()
+        step, rough, lead = resolution(force[np.isfinite(force)]), noise_level(filled), lead_of(filled, frequency)
+        quiet = float(np.median(filled[:lead])) if lead else 0.0
+        clipped, cautions = clipped_samples(time, force, quiet, step, rough)
+        if not lead:
+            cautions = ["there is no quiet lead, so the offset was left as it is", *cautions]
+
+        # Offset and hum.
+        rounding = step / sqrt(12.0)
+        scatter = max(rough, rounding, 1e-9 * float(np.abs(filled - quiet).max()))
+        hum, text = (None, "") if frequency is None else mains_hum(time, filled, lead, frequency)
+        if hum is not None:
+            done.append(f"the offset and {text}")
+        elif lead and abs(quiet) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
+            lasts = 1e6 * float(time[lead] - time[0])
+            done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {lasts:.3g} µs)")
+        cautions += [text] if hum is None and text else []
+        zero = quiet if hum is None else hum
+        forces[sensor] = np.where(clipped, np.nan, force - zero)
+
+        # Noise.
+        noise, source = rough, "third differences"
+        if lead > FEWEST_SAMPLES:
+            noise, source = float((filled - zero)[:lead].std(ddof=1)), "the lead"
+        source = f"standard deviation of {source}" if noise > rounding else "one step of the digitiser over √12"
+        noises.append(max(noise, rounding))
+        done.append(f"the noise is {noises[-1]:.3g} N ({source})")
         sentences += [f"Sensor {sensor}: {text}." for text in (*done, *cautions)]
         for text in cautions:
             caution(f"condition: sensor {sensor}: {text}")
@@ -87,33 +112,6 @@ def with_noise(signal: xr.Dataset, forces: Mapping[int, Vector], noises: list[fl
     """Return the signal with other forces at its sensors, N, and the variable noise, N, over sensor."""
     rows = signal.sensor_force.transpose("time", "sensor").copy(data=np.stack([*forces.values()], axis=1))
     return signal.assign(sensor_force=rows, noise=("sensor", noises, {"units": "N", "long_name": label}))
-
-
-def _conditioned(time: Vector, force: Vector, mains: float | None) -> tuple[Vector, float, list[str], list[str]]:
-    """Return a trace with NaN where it was clipped, its noise, what was done, and what may mislead."""
-    filled = interpolated_over_gaps(force)
-    step, rough, lead = resolution(force[np.isfinite(force)]), noise_level(filled), lead_of(filled, mains)
-    quiet = float(np.median(filled[:lead])) if lead else 0.0
-    clipped, cautions = clipped_samples(time, force, quiet, step, rough)
-    done = list[str]()
-    if not lead:
-        cautions = ["there is no quiet lead, so the offset was left as it is", *cautions]
-    rounding, scatter = step / sqrt(12.0), max(rough, step / sqrt(12.0), 1e-9 * float(np.abs(filled - quiet).max()))
-    hum, text = (None, "") if mains is None else mains_hum(time, filled, lead, mains)
-    if hum is not None:
-        done.append(f"the offset and {text}")
-    elif lead and abs(quiet) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
-        lasts = 1e6 * float(time[lead] - time[0])
-        done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {lasts:.3g} µs)")
-    if hum is None and text:
-        cautions.append(text)
-    zero = quiet if hum is None else hum
-    noise, source = rough, "third differences"
-    if lead > FEWEST_SAMPLES:
-        noise, source = float((filled - zero)[:lead].std(ddof=1)), "the lead"
-    source = f"standard deviation of {source}" if noise > rounding else "one step of the digitiser over √12"
-    done.append(f"the noise is {max(noise, rounding):.3g} N ({source})")
-    return np.where(clipped, np.nan, force - zero), max(noise, rounding), done, cautions
 
 
 def lead_of(filled: Vector, mains: float | None = None) -> int:

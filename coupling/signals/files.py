@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from coupling.results.sensor_trace import FEWEST_SAMPLES
 from coupling.signals import recordings
 from coupling.signals.heads import FORCE, TIME, WHAT, Unit, read_unit
-from coupling.signals.recordings import Channel, Recording
+from coupling.signals.recordings import Channel, Recording, Sampling
 from coupling.signals.sampling import Rows, even_sampling, segments
 from coupling.signals.text import read_text
 from structures.checks import count_of
@@ -29,18 +29,6 @@ KINDS: tuple[tuple[int, bytes, str, Any], ...] = (
 )
 
 
-class Sampling(NamedTuple):
-    """What a user says of a file, as the arguments of `read_signal`; None: as the file says."""
-
-    time_column: int | None = None
-    time_unit: str | None = None
-    unit: str | None = None
-    interval: float | None = None
-    start: float | None = None
-    segment: int | None = None
-    skip: int = 0
-
-
 def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> Recording:
     """Return the columns of a text, all where `columns` is None, or the channels of a recorder's file, from 1 on."""
     with open(path, "rb") as file:
@@ -54,7 +42,11 @@ def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> R
             kind, reader = "arrays of numpy (.npz)", recordings.numpy_arrays
         elif any(name.startswith("xl/") for name in names):
             kind, reader = "an Excel workbook", recordings.workbook
-    elif reader is None and looks_like_text(head):
+    # Text has few control characters; in UTF-16 each second byte may be zero.
+    zeros = max(head[::2].count(0), head[1::2].count(0))
+    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
+    controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
+    if kind == "a binary file" and controls <= (1.2 * zeros if is_utf_16 else 0.02 * len(head)):
         if path.stat().st_size > MOST_BYTES:
             raise ValueError(f"{path}: is a text of more than {MOST_BYTES:.2g} bytes; cut it, or save arrays (.npz)")
         kind, reader = "a text", Path.read_bytes
@@ -66,8 +58,7 @@ def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> R
 
     content: bytes | list[Channel] = recordings.tried(path, kind, reader)
     if isinstance(content, bytes):
-        timed = sampling.interval is None
-        return read_text(path, content, columns, sampling.time_column, timed, sampling.skip)
+        return read_text(path, content, columns, sampling)
     if sampling.time_column is not None:
         raise ValueError(
             f"time_column = {sampling.time_column}: is for text; {path} states its times, or give interval="
@@ -75,14 +66,6 @@ def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> R
     if not content:
         raise ValueError(f"{path}: is {kind} without arrays of {FEWEST_SAMPLES} or more numbers")
     return Recording(kind, dict(enumerate(content[:MOST_CHANNELS], 1)), [])
-
-
-def looks_like_text(head: bytes) -> bool:
-    """Return whether bytes hold few control characters; in UTF-16 each second byte may be zero."""
-    zeros = max(head[::2].count(0), head[1::2].count(0))
-    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
-    controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
-    return controls <= 0.02 * len(head) or (is_utf_16 and controls < 1.2 * zeros)
 
 
 def sampled(
@@ -129,7 +112,7 @@ def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tup
         return (sampling.start or 0.0) + sampling.interval * rows.astype(float), rows, []
     if channel.time is None:
         raise ValueError(f"{path}: holds no times of its samples; give interval=, s, such as 5e-7")
-    if sampling.time_unit is None and channel.time_unit is None and (np.diff(channel.time) == 1.0).all():
+    if not sampling.time_unit and not channel.time_unit.text and (np.diff(channel.time) == 1.0).all():
         raise ValueError(
             f"{path}: the times count the samples, or their unit is missing; give time_unit=, the time_column of the "
             "time, or interval=, s"
@@ -151,17 +134,15 @@ def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tup
     return even + shift, np.where(rows >= 0, rows + part.start, -1), notes + said
 
 
-def _unit(
-    path: Path, stated: Unit | None, kind: tuple[str, ...], given: str | None, what: str
-) -> tuple[Unit, list[str]]:
+def _unit(path: Path, stated: Unit, kind: tuple[str, ...], given: str | None, what: str) -> tuple[Unit, list[str]]:
     """Return the unit that the user gives, or else the file, or else the SI unit; and what is to be said."""
     if given is not None:
         unit = read_unit(given, kind)
-        differs = stated is not None and stated[1:] != unit[1:]
-        return unit, [f"the file gives {stated.text!r} for {what}; {given!r} is taken"] if stated and differs else []
-    if stated is not None and not stated.si:
+        differs = stated.text and stated[1:] != unit[1:]
+        return unit, [f"the file gives {stated.text!r} for {what}; {given!r} is taken"] if differs else []
+    if stated.text and not stated.si:
         argument = "time_unit" if kind == TIME else "unit"
         raise ValueError(
             f"{path}: gives {stated.text!r} for {what}, which is no unit of {WHAT[kind]}; give {argument}="
         )
-    return stated or Unit(kind[0], kind[0]), []
+    return stated if stated.text else Unit(kind[0], kind[0]), []

@@ -19,9 +19,9 @@ BRACKETS = re.compile(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]")
 
 
 class Unit(NamedTuple):
-    """A unit as a file writes it, the SI unit of the same quantity, and its size in that; "" for what is no unit."""
+    """What a file states as a unit, "" for nothing; the SI unit of the same quantity, "" for none; and its size."""
 
-    text: str
+    text: str = ""
     si: str = ""
     size: float = 1.0
 
@@ -63,9 +63,9 @@ class Head:
         ]
         return re.split(r"\s*[(\[](?!\d+\])", names[0])[0] if names else ""
 
-    def unit(self, column: int, kind: tuple[str, ...]) -> Unit | None:
-        """Return the unit that the head states of a column; None where it states none."""
-        stated = [unit for row in self._near if (unit := stated_unit(row[column], kind, is_row_of_units(row)))][:1]
+    def unit(self, column: int, kind: tuple[str, ...]) -> Unit:
+        """Return the unit that the head states of a column."""
+        stated = [unit for row in self._near if (unit := stated_unit(row[column], kind, is_row_of_units(row))).text][:1]
         for name, *values in self._entries:
             of_time = re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None
             if "unit" in name.lower() and of_time == (kind == TIME):
@@ -79,10 +79,10 @@ class Head:
         # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
         others = FORCE if kind == TIME else TIME
         for row in self._beside:
-            units = [unit for cell in row if (unit := stated_unit(cell, kind, True))]
+            units = [unit for cell in row if (unit := stated_unit(cell, kind, True)).text]
             if any(unit[1:] != (kind[0], 1.0) and not read_unit(unit.text, others).si for unit in units):
                 return Unit(", ".join(row))
-        return None
+        return Unit()
 
 
 def is_row_of_units(row: Sequence[str]) -> bool:
@@ -91,7 +91,7 @@ def is_row_of_units(row: Sequence[str]) -> bool:
     return len(bare) > 1 and bool(read_unit(bare[0], TIME).si) and all(is_unit(SECOND.sub("s", c)) for c in bare)
 
 
-def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit | None:
+def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit:
     """Return the unit in "Time (ms)", "Time in ms", "t/ms", "time_ms" or "Time ms", where is_alone also in "ms"."""
     if MULTIPLIED.search(cell):
         return Unit(cell)
@@ -105,8 +105,8 @@ def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit | None
     elif not is_alone:
         text = re.split(r"[\s_.,-]+|(?<=[a-z]{2})(?=[UMN]s$)", cell)[-1]
         if len(text) < 2 and kind == FORCE:
-            return None  # "Channel A", "bead N"
+            return Unit()  # "Channel A", "bead N"
         # A unit of another quantity.
         must_be_one = text.startswith("dB") or bool(re.match("(milli|micro|nano|pico|kilo)", is_unit(text)))
     unit = read_unit(text, kind)
-    return unit if unit.si or must_be_one else None
+    return unit if unit.si or must_be_one else Unit()

@@ -7,7 +7,8 @@ import numpy as np
 
 from coupling.results.sensor_trace import clipped_samples, interpolated_over_gaps, noise_level, resolution
 from coupling.signals.conditioning import lead_of, mains_hum
-from coupling.signals.files import Sampling, opened, sampled
+from coupling.signals.files import opened, sampled
+from coupling.signals.recordings import Sampling
 from structures.structure import Vector
 
 MAINS = (50.0, 60.0)

@@ -28,21 +28,32 @@ NOT_TO_READ = (
 
 
 class Channel(NamedTuple):
-    """A column of a file: its name; its samples, NaN where one is missing, and their unit as the file states it; the
-    times of these, None where the file states none, and their unit. lines: of a text, the line of each sample; words:
-    what stands in the place of missing ones."""
+    """A column of a file: its samples, NaN where one is missing; their times, None where the file states none; of a
+    text, the line of each sample, and the words in the place of missing ones."""
 
     name: str
     values: Vector
-    unit: Unit | None
+    unit: Unit
     time: Vector | None
-    time_unit: Unit | None = None
+    time_unit: Unit = Unit()
     lines: Any = None
     words: tuple[str, ...] = ()
 
     def place(self, row: int) -> str:
         """Return where a sample stands in the file."""
         return f"sample {row + 1}" if self.lines is None else f"line {self.lines[row]}"
+
+
+class Sampling(NamedTuple):
+    """What a user says of a file, as the arguments of `read_signal`; None: as the file says."""
+
+    time_column: int | None = None
+    time_unit: str | None = None
+    unit: str | None = None
+    interval: float | None = None
+    start: float | None = None
+    segment: int | None = None
+    skip: int = 0
 
 
 class Recording(NamedTuple):
@@ -91,7 +102,7 @@ def tdms(path: Path) -> list[Channel]:
             began = stated.get("wf_start_time", min(starts, default=None))
             late = 0.0 if began is None else float((began - min(starts)) / np.timedelta64(1, "s"))
             time = late + float(stated.get("wf_start_offset", 0.0)) + interval * np.arange(values.size, dtype=float)
-            channels.append(Channel(channel.name, values.astype(float), unit_of(unit, FORCE), time))
+            channels.append(Channel(channel.name, values.astype(float), read_unit(unit, FORCE), time))
         else:
             name = f"{channel.group_name}/{channel.name}"
             arrays[name], units[name] = values, unit
@@ -102,7 +113,7 @@ def matlab(path: Path) -> list[Channel]:
     """Return the arrays of a file of MATLAB up to version 7.2."""
     import scipy.io
 
-    return of_arrays({name: value for name, value in scipy.io.loadmat(path).items() if name[:2] != "__"})
+    return of_arrays(scipy.io.loadmat(path))
 
 
 def numpy_arrays(path: Path) -> list[Channel]:
@@ -159,16 +170,11 @@ def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str] | None = Non
         folder = name.rpartition("/")[0]
         if key(name) in TIMES:
             continue
-        time, unit = None, None
+        time, unit = None, Unit()
         if (named := near(vectors, TIMES, folder)) and vectors[named].size == values.size:
-            time, unit = vectors[named], unit_of(stated.get(named, ""), TIME)
+            time, unit = vectors[named], read_unit(stated.get(named, ""), TIME)
         elif interval := near(numbers, INTERVALS, folder):
             start = near(numbers, STARTS, folder)
             time = (numbers[start] if start else 0.0) + numbers[interval] * np.arange(values.size, dtype=float)
-        channels.append(Channel(name, values, unit_of(stated.get(name, ""), FORCE), time, unit))
+        channels.append(Channel(name, values, read_unit(stated.get(name, ""), FORCE), time, unit))
     return channels
-
-
-def unit_of(text: str, kind: tuple[str, ...]) -> Unit | None:
-    """Return the unit that a file states, None where it states none."""
-    return read_unit(text, kind) if text.strip() else None

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
 from coupling.results.sensor_trace import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
-from coupling.signals.files import Sampling, opened, sampled
+from coupling.signals.files import opened, sampled
 from coupling.signals.heads import FORCE, TIME, WHAT, read_unit
+from coupling.signals.recordings import Sampling
 from coupling.signals.sampling import even_sampling, on_one_time
 from structures.caution import caution, collected
 from structures.checks import existing, finite, instance, not_negative, one_of, short, whole
@@ -221,12 +222,25 @@ def _dataset(
     where: str = "",
 ) -> xr.Dataset:
     """Return the Dataset of forces over even times; `where`: how messages begin."""
-    columns = []
+    lasts, columns = float(time[-1] - time[0]), []
+    is_lead = isinstance(baseline, str) and one_of("baseline", baseline, ["lead"]) == "lead"
+    if not is_lead and not not_negative("baseline", baseline, "s") <= lasts:  # type: ignore[arg-type]
+        raise ValueError(f"baseline = {baseline!r}: must be shorter than the signal, {lasts:g} s")
     for sensor, force in forces.items():
-        filled = interpolated_over_gaps(force)
+        filled, zero = interpolated_over_gaps(force), 0.0
         if np.ptp(filled) == 0.0:
             raise ValueError(f"{where}sensor {sensor}: the signal is constant, {filled[0]:g} N: must hold a wave")
-        columns.append(force - _zero(time, filled, baseline, f"{where}sensor {sensor}"))
+        if is_lead:
+            lead = quiet_lead(-filled if is_inverted(filled) else filled)
+            if not lead:
+                raise ValueError(
+                    f"{where}sensor {sensor}, baseline = {baseline!r}: has no quiet lead to take the baseline from, "
+                    f"must begin before the first wave; the record lasts {readable(lasts, 's', 4)}, {time.size} samples"
+                )
+            zero = float(np.median(filled[:lead]))
+        elif baseline:
+            zero = float(np.median(filled[time <= time[0] + baseline]))
+        columns.append(force - zero)
     data = xr.Dataset(
         {"sensor_force": variable("sensor_force", np.stack(columns, axis=1))},
         coords={"time": ("time", time, {"units": "s"}), "sensor": ("sensor", list(forces))},
@@ -242,22 +256,6 @@ def _dataset(
         raise ValueError(f"positions = {dict(positions)!r}: must increase with the number of the sensor")
     along = ("sensor", [*places.values()], {"units": "m", "long_name": "position along the chain"})
     return data.assign_coords(centre=along)
-
-
-def _zero(time: Vector, force: Vector, baseline: float | str, where: str) -> float:
-    """Return the zero of a force without gaps, N."""
-    lasts = float(time[-1] - time[0])
-    if isinstance(baseline, str):
-        one_of("baseline", baseline, ["lead"])
-        if lead := quiet_lead(-force if is_inverted(force) else force):
-            return float(np.median(force[:lead]))
-        raise ValueError(
-            f"{where}, baseline = {baseline!r}: has no quiet lead to take the baseline from, must begin before the "
-            f"first wave; the record lasts {readable(lasts, 's', 4)}, {time.size} samples"
-        )
-    if not (seconds := not_negative("baseline", baseline, "s")) <= lasts:
-        raise ValueError(f"baseline = {baseline!r}: must be shorter than the signal, {lasts:g} s")
-    return float(np.median(force[time <= time[0] + seconds])) if seconds else 0.0
 
 
 def _doubts(data: xr.Dataset, upright: str) -> list[str]:

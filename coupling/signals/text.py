@@ -12,7 +12,7 @@ import pandas as pd  # type: ignore[import-untyped]
 
 from coupling.results.sensor_trace import FEWEST_SAMPLES
 from coupling.signals.heads import FORCE, TIME, Head, Unit
-from coupling.signals.recordings import Channel, Recording
+from coupling.signals.recordings import Channel, Recording, Sampling
 from coupling.signals.sampling import FEW, FEW_SHARE
 from structures.checks import count_of
 from structures.structure import Vector
@@ -31,17 +31,12 @@ THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
 CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 
 
-def read_text(
-    path: Path, content: bytes, columns: Collection[int] | None, time_column: int | None, timed: bool, skip: int
-) -> Recording:
-    """Return columns of a text. columns: None for all that hold no times; timed: False if times are not to be read.
-
-    A ValueError names the file, the line, and the way out.
-    """
+def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampling: Sampling) -> Recording:
+    """Return columns of a text, None for all that hold no times. A ValueError names the line and the way out."""
     text = decoded(content).translate(TYPESET).replace("\r\n", "\n").replace("\r", "\n")
     lines = pd.Series(text.split("\n"))
     lines.index += 1  # the numbers of the lines in the file
-    lines = lines[(lines.index > skip) & (lines.str.strip() != "")]
+    lines = lines[(lines.index > sampling.skip) & (lines.str.strip() != "")]
     if len(lines) < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(len(lines), 'line')}, must hold {FEWEST_SAMPLES} samples or more")
     # Without quotes that are not closed, which would swallow the lines that follow.
@@ -49,7 +44,8 @@ def read_text(
     is_cut = text[-1:] != "\n" and len(lines.iloc[-1]) < lines.iloc[-20:-1].str.len().min()
 
     # The numbers in all columns, NaN for words.
-    wanted = sorted({*(columns or ()), *([] if time_column is None else [time_column])})
+    given = [] if sampling.time_column is None else [sampling.time_column]
+    wanted = sorted({*(columns or ()), *given})
     delimiter, decimal = form_of(path, closed, wanted)
     cells = split(path, closed, delimiter)
     filled = np.flatnonzero((cells.iloc[len(cells) // 3 :] != "").mean() > 0.5)
@@ -60,9 +56,8 @@ def read_text(
             numbers[column] = clock(cells[column])
 
     # Which columns hold times: of each sensor the nearest one to its left that increases.
-    rising = [column for column in numbers if timed and rises(numbers[column])]
-    if time_column is not None:
-        rising = [time_column]
+    is_timed = sampling.interval is None
+    rising = given or [column for column in numbers if is_timed and rises(numbers[column])]
     chosen = [column for column in numbers if column not in rising] if columns is None else sorted(columns)
     if swapped := [column for column in chosen if rises(numbers[column])]:
         raise ValueError(
@@ -79,7 +74,7 @@ def read_text(
     head = Head(above, width, [head_cells(line, delimiter) for line in closed.iloc[:HEAD]])
     cells, numbers = cells.loc[samples], numbers.loc[samples]
     check_commas(path, cells[used], delimiter, above, width)
-    times = dict[int | None, tuple[Vector | None, Unit | None]]({None: (None, None)})
+    times = dict[int | None, tuple[Vector | None, Unit]]({None: (None, Unit())})
     for column in timed_by:
         since, begins = time_in(numbers[column].to_numpy(), cells[column], decimal)
         is_clock = cells[column].iloc[0].count(":") > 1
