@@ -2,6 +2,7 @@
 
 import csv
 import re
+import warnings
 from collections.abc import Collection, Sequence
 from decimal import Decimal
 from io import StringIO
@@ -242,7 +243,10 @@ def clock(cells: pd.Series) -> pd.Series:
     bare = cells.str.replace(",", ".", regex=False)
     of_day = bare.str.match(CLOCK.pattern + r"(\.\d+)?( [AP]M)?$").mean() > 0.5
     day = "1 January 2000 " if of_day else ""
-    form = pd.tseries.api.guess_datetime_format(day + bare.iloc[len(bare) // 2], dayfirst=True)
+    middle = day + bare.iloc[len(bare) // 2]
+    with warnings.catch_warnings():  # pandas warns of 11/28/2026
+        warnings.simplefilter("ignore")
+        form = pd.tseries.api.guess_datetime_format(middle, dayfirst=not re.match(r"\d{4}", middle))
     moments = pd.to_datetime(day + bare, format=form or "mixed", dayfirst=not form, errors="coerce", utc=True)
     return (moments - moments.min()) / pd.Timedelta(1, "s")
 

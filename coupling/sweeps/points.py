@@ -19,6 +19,7 @@ from coupling.results.schema import unit_of
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, own_sources
 from structures.caution import collected
 from structures.checks import instance, short
+from structures.kernels import compiling
 from structures.units import readable
 
 POINT_ERRORS = (ArithmeticError, LookupError, RuntimeError, ValueError)
@@ -111,9 +112,10 @@ def _in_parallel(task: Task, groups: Sequence[Sequence[Point]], jobs: int | None
     if jobs == 1 or len(groups) == 1:
         yield from map(task.outcomes, groups)
         return
+    compiling.announce()
     try:
         parallel = joblib.Parallel(
-            jobs or -1, return_as="generator", batch_size=1, initializer=_end_with, initargs=(os.getpid(),)
+            jobs or -1, return_as="generator", batch_size=1, initializer=_begin, initargs=(os.getpid(),)
         )
         yield from parallel(joblib.delayed(task.outcomes)(group) for group in groups)
     except BrokenProcessPool as error:
@@ -123,8 +125,10 @@ def _in_parallel(task: Task, groups: Sequence[Sequence[Point]], jobs: int | None
         ) from error
 
 
-def _end_with(owner: int) -> None:
-    """End this process soon after the one that started it was killed: joblib's would wait for work for ever."""
+def _begin(owner: int) -> None:
+    """End this process soon after the one that started it was killed: joblib's would wait for work for ever. That
+    kernels are compiled the owner has said."""
+    compiling.EMPTY = False
 
     def watch() -> None:
         while os.getppid() == owner:

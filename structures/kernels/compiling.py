@@ -82,8 +82,7 @@ def entry(function: Callable[..., Any]) -> Callable[..., Any]:
         if any(map(has_own_piece, arguments)):
             say("compiling kernels of pieces that are not hertzlink's: up to a minute at each start")
             return not_kept(*arguments)
-        if EMPTY:
-            say("compiling kernels that this machine has not compiled yet: up to a minute, once")
+        announce()
         collects = gc.isenabled()
         gc.disable()  # a tenth of the time in which kernels are compiled
         try:
@@ -97,6 +96,12 @@ def entry(function: Callable[..., Any]) -> Callable[..., Any]:
                 gc.enable()
 
     return call
+
+
+def announce() -> None:
+    """Say, once, that kernels are compiled, where none is kept."""
+    if EMPTY:
+        say("compiling kernels that this machine has not compiled yet: up to a minute, once")
 
 
 @cache

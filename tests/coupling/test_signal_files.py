@@ -57,6 +57,9 @@ FORMS: dict[str, tuple[list[str], int, int]] = {
     "a counter and a time": (["Sample,Time (s),CH1 (V)", *table("{k},{t:.9f},{v:.6f}")], 1, 2),
     "LabVIEW": (["LabVIEW Measurement", "X_Columns\tMulti", "***End_of_Header***", "X_Value\tVoltage\tComment",
                  *table("{t:.9f}\t{v:.6f}")], 0, 1),
+    "blank lines and the end of DOS": (
+        ["time (s),CH1 (V)", *(f"{row}\r" for row in table()), "\x1a"], 0, 1,
+    ),
     "bars": (["Time (s)|CH1 (V)", *table("{t:.9f}|{v:.6f}")], 0, 1),
 }  # fmt: skip
 
@@ -157,12 +160,15 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
         ("1:59:59.{micro:06d} PM", 0.0),
         ("2026-03-01T10:23:11.{micro:06d}+01:00", 0.0),
         ("28.11.2026 10:23:11.{micro:06d}", 0.0),
+        ("11/28/2026 10:23:11.{micro:06d}", 0.0),
         ("1709287871.{micro:06d}", 0.0),
     ],
 )
 def test_times_of_day_count_from_the_first_sample(tmp_path: Path, form: str, begins: float) -> None:
     lines = [f"{form.format(micro=k + 5)};{v:.6f}" for k, v in enumerate(VOLTS)]
-    data = hl.read_signal(written(tmp_path / "clock.csv", lines), {7: 1}, calibration=10.0)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Parsing dates")
+        data = hl.read_signal(written(tmp_path / "clock.csv", lines), {7: 1}, calibration=10.0)
     assert data.time.values == pytest.approx(begins + 1e-6 * np.arange(1000), abs=1e-9)
 
 
@@ -272,6 +278,7 @@ def test_what_is_no_record_is_refused(tmp_path: Path, lines: list[str], said: st
         (b"PK\x03\x04....", "a zip archive"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(99), "a binary file"),
         (bytes(range(32)) * 9, "a binary file"),
+        (b"RIFF\x24\x50\0\0WAVEfmt " + bytes(99), "a binary file"),
     ],
 )
 def test_binary_files_are_refused_with_the_way_out(tmp_path: Path, content: bytes, said: str) -> None:

@@ -20,8 +20,9 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.points import Task
+from coupling.sweeps.points import Task, _begin
 from coupling.sweeps.store import Store, identity
+from structures.kernels import compiling
 
 UNTIL = 1e-4
 RADII = [2e-3, 3e-3, 4e-3]
@@ -329,6 +330,18 @@ def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     radii = [1e-3, 2e-3, 3e-3, 4e-3, 6e-3]
     straight = swept_script.run(1, None, radii)
     assert unwarned(resumed.sel(radius=radii).drop_vars("error")).identical(unwarned(straight))
+
+
+def test_kernels_that_are_compiled_are_said_once(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """By the process that starts the others, and not by those."""
+    monkeypatch.setattr(compiling, "EMPTY", True)
+    compiling.say.cache_clear()
+    swept(jobs=2, radius=RADII[:1])
+    assert caplog.text.count("compiling kernels") == 1
+    _begin(0)
+    assert not compiling.EMPTY
 
 
 @pytest.fixture
