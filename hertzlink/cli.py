@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 FAILED, STOPPED = 1, 130
 """Exit codes of a computation that failed, and after Ctrl-C. A command may return one of its own."""
 
-FORMATS = ("png", "svg", "pdf")
-"""Of figures that are files."""
-
 LATER = {
     "explore": "commands.explore_case",
     "precice": "commands.precice_case",
@@ -48,7 +45,7 @@ WITH = click.option(
 )  # fmt: skip
 FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
 FIGURES = click.option(
-    "--figures", "form", type=click.Choice(FORMATS), help="Also write the figures of the report as files."
+    "--figures", "form", type=click.Choice(["png", "svg", "pdf"]), help="Also write the figures of the report as files."
 )
 JOBS = click.option(
     "--jobs", metavar="NUMBER", type=click.IntRange(min=1), help="Number of processes; by default one for each core."

@@ -427,6 +427,9 @@ def test_a_value_of_a_sweep_is_echoed_as_typed(complaint: Callable[..., str]) ->
     Path("case.toml").write_text(ROD + '\n[sweep]\n"structure.layers[0].length" = ["-20 mm", "30 mm"]\n')
     place = 'case.toml:18: sweep."structure.layers[0].length"[0]'
     assert complaint("check", "case.toml") == f'{place}: "-20 mm" must be a positive number of m'
+    Path("case.toml").write_text(PLATE.replace('to = "60 mm"', 'to = "600 mm"'))
+    place = 'case.toml:20: sweep."structure.at[0]"'
+    assert complaint("check", "case.toml") == f'{place}: "600 mm" must lie on the plate, between 0 and 300 mm'
     Path("case.toml").write_text(ROD.replace('"0.1 ms"', '"0.1 ms"\nsave_every = "3 ms"'))
     for command in ("run", "check"):
         said = complaint(command, "case.toml")

@@ -60,7 +60,7 @@ until = "3.5 ms"
 
 [measure]
 sensor = 7
-critical_distance = { along = "structure.at[0]", tolerance = 0.02 }
+critical_distance = { along = "structure.at[0]", tolerance = "2 %" }
 """
 
 EDGE = """\
@@ -413,6 +413,8 @@ def test_the_distance_of_an_edge_keeps_its_name() -> None:
 
 
 def test_check_knows_what_identify_takes(command: Callable[..., str]) -> None:
+    Path("chain.toml").write_text(template("chain"), encoding="utf-8")
+    assert "structure: nothing" in command("check", "chain.toml")
     Path("i.toml").write_text(template("identify"), encoding="utf-8")
     assert "identify: 3 unknowns" in command("check", "i.toml", "--set", "run.until=0.1 ms")
 

@@ -140,7 +140,10 @@ def chain(
         body = getattr(struck_by, "striker", None) if isinstance(struck_by, Excitation) else struck_by
         if any(one != row[0] for one in (row if body is None else [body, *row])):
             raise ValueError("law: computes one law, so all beads and the striker must be equal")
-        law = law(row[0], row[0])
+        try:
+            law = law(row[0], row[0])
+        except ValueError as error:
+            raise ValueError(f"law: {error}") from error
     settings = {"impact_speed": impact_speed, "law": law, **others}
     if modes is None:
         return Chain(row * repeat, struck_by, **settings)

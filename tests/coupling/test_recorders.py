@@ -139,3 +139,7 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert f"{int((volts == 1.0).sum())} samples are clipped" in lines[3]
     assert lines[4].endswith("as much as white noise would: hum or drift")
     assert (tmp_path / "a.png").stat().st_size > 5_000
+    np.savetxt(tmp_path / "ms.csv", np.c_[1e3 * time, volts], delimiter=",")
+    with pytest.raises(SystemExit):
+        cli.main(["signal", str(tmp_path / "ms.csv"), "--picture", str(tmp_path / "a.png")])
+    assert "too coarse for contacts of beads; if the times are in ms" in capsys.readouterr().out
