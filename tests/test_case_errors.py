@@ -161,7 +161,7 @@ WRONG_RODS = [
     ("[chain]", 'extends = "case.toml"\n[chain]', 1, 'extends: "case.toml" leads back to this file'),
     ("[chain]", "extends = 3\n[chain]", 1, "extends: must be the name of a case file"),
     # Uncertainties.
-    ("[run]", '[sensitivities]\n"structure.layers[1].length" = "2 N"\n[run]', 15, '"2 N": "N" is no unit of this quantity; the entry is in m'),
+    ("[run]", '[sensitivities]\n"structure.layers[1].length" = "2 N"\n[run]', 15, '"2 N": "N" is no unit of this quantity; must be a length'),
     ("[run]", '[sensitivities]\n"structure.layers[1].length" = "-1 %"\n[run]', 15, '"-1 %" must be a standard uncertainty, such as "0.02 mm"'),
     ("[run]", '[sensitivities]\n"chain.beads" = "1 %"\n[run]', 15, "8 must be a number other than zero, and no count"),
     ("[run]", '[sensitivities]\n"chain.gravity" = "1 %"\n[run]', 15, "is not written in the case; give its value there first"),
@@ -195,7 +195,7 @@ WRONG_PLATES = [
     ('"structure.thickness" =', '"run.until" =', 19, 'sweep."run.until": "run.until" cannot be varied'),
     ('"structure.thickness" =', '"structure.layers[0].length" =', 19, "sweep"),
     (', step = "20 mm" }', " }", 20, 'sweep."structure.at[0]": needs a step, such as step = "10 mm", or else a count'),
-    ('step = "20 mm" }', 'step = "-20 mm" }', 20, 'sweep."structure.at[0]".step: "-20 mm" must be positive'),
+    ('step = "20 mm" }', 'step = "-20 mm" }', 20, 'sweep."structure.at[0]".step: "-20 mm" must be a positive number of m'),
     ('step = "20 mm" }', 'step = "1 nm" }', 20, 'step: "1 nm" makes 40000001 values; at most 100000'),
     ('to = "60 mm"', 'to = "10 mm"', 20, 'sweep."structure.at[0]".to: "10 mm" must be above the first value'),
     ('from = "20 mm", ', "", 20, 'sweep."structure.at[0]".from: is missing; give the first value'),

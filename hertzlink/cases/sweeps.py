@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import pairwise, product
-from math import floor, isnan, prod
+from math import floor, inf, isnan, prod
 from textwrap import fill
 from typing import Any
 
@@ -126,11 +126,7 @@ def _steps(case: Case, path: Path, place: Path, given: Call) -> list[Any]:
         last = typed["count"] - 1
         values = [start + (end - start) * i / last for i in range(last + 1)]
     else:
-        # A step may lie outside of the range of the values.
-        quantity = quantity_of(case.parameter(path))
-        step = number(typed["step"], quantity, (*place, "step")) if quantity else typed["step"]
-        if not isinstance(step, int | float) or step <= 0:
-            raise Fault((*place, "step"), f"{shown(typed['step'])} must be positive")
+        step = number(typed["step"], size_of(case, path), (*place, "step"))
         count = floor((end - start) / Decimal(repr(step)) * Decimal("1.000000001"))
         if count >= MOST_POINTS:
             raise Fault((*place, "step"), f"{shown(typed['step'])} makes {count + 1} values; at most {MOST_POINTS}")
@@ -179,6 +175,11 @@ def quantity_of(parameter: Parameter | None) -> Quantity | None:
     if parameter is None or parameter.quantity is not None:
         return None if parameter is None else parameter.quantity
     return next((found for row in allowed(parameter).lists if (found := quantity_of(row.item))), None)
+
+
+def size_of(case: Case, path: Path) -> Quantity:
+    """Return the quantity of a step or an uncertainty of an entry, which may lie outside of the range of its values."""
+    return replace(quantity_of(case.parameter(path)) or Quantity(), low=0.0, high=inf, or_zero=False)
 
 
 def words_of(case: Case, path: Path) -> str:
@@ -274,17 +275,12 @@ def budget_of(case: Case) -> tuple[Build, dict[str, tuple[float, float]]]:
         if not isinstance(value, float) or value == 0.0:
             raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
 
-        unit = unit_at(case, path, ())[2]
-        match = NUMBER.fullmatch(str(text))
-        try:
-            if match and match[2] and match[2] not in PARTS:
-                factor(match[2], unit)
-        except ValueError as error:
-            raise Fault(place, f"{shown(text)}: {error}; the entry is in {unit or 'no unit'}") from None
-        spread = spread_of(str(text), value)
+        quantity, match = size_of(case, path), NUMBER.fullmatch(str(text))
+        part = match and match[2] in PARTS
+        spread = spread_of(str(text), value) if part else number(text, quantity, place)
         if isnan(spread):
             raise Fault(place, f'{shown(text)} must be a standard uncertainty, such as "0.02 mm" or "2 %"')
-        paths[key], units[key], inputs[key] = path, unit, (value, spread)
+        paths[key], units[key], inputs[key] = path, quantity.unit_in_files, (value, spread)
     return Build(case, paths, units), inputs
 
 
