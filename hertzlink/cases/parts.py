@@ -241,6 +241,11 @@ class Steps:
     count: Annotated[int, Count(2, 100_000)] | None = None
 
 
+Values = Annotated[
+    Sequence[Any] | Steps, Asks('a list of values, or { from = "10 mm", to = "200 mm", step = "10 mm" }')
+]
+
+
 @dataclass(frozen=True)
 class CriticalDistance:
     """Which distance is critical, and by what measure."""
@@ -303,16 +308,7 @@ class Sections:
     run: Annotated[dict[str, Any], Of(CoSimulation.__init__), Asks('a section: [run] with until = "1.5 ms"')]
     title: str | None = None
     materials: Mapping[str, Material | OrthotropicMaterial] = field(default_factory=dict)
-    sweep: (
-        Mapping[
-            str,
-            Annotated[
-                Sequence[Any] | Steps,
-                Asks('a list of values, or { from = "10 mm", to = "200 mm", step = "10 mm" }'),
-            ],
-        ]
-        | None
-    ) = None
+    sweep: Mapping[str, Values] | None = None
     measure: Measure | None = None
     sensitivities: Mapping[str, float | str] | None = None
     identify: Identify | None = None

@@ -118,7 +118,9 @@ def made(value: Any) -> Any:
     if isinstance(value, Call):
         return value.made
     if isinstance(value, list | tuple):
-        counts = (item.entries.get("count", 1) if isinstance(item, Call) else 1 for item in value)
+        # A bead of a list stands for as many as its count.
+        of_beads = (isinstance(item, Call) and "count" in item.form.common for item in value)
+        counts = [item.entries.get("count", 1) if bead else 1 for item, bead in zip(value, of_beads, strict=True)]
         return type(value)(made(item) for item, count in zip(value, counts, strict=True) for _ in range(count))
     return {name: made(item) for name, item in value.items()} if isinstance(value, dict) else value
 
