@@ -2,9 +2,7 @@
 
 from math import prod
 
-from coupling.inference.plates import on_modes
 from coupling.participant import CheckedParticipant
-from hertzlink.cases.identification import prepared, question_of
 from hertzlink.cases.tasks import Task
 from structures.caution import collected
 from structures.checks import count_of
@@ -42,6 +40,9 @@ def outlook(task: Task) -> str:
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
     if task.case.identify is not None:
+        from coupling.inference.plates import on_modes
+        from hertzlink.cases.identification import prepared, question_of
+
         question, until = prepared(question_of(task.case))
         lines.append(f"identify: {count_of(len(question.ranges), 'unknown')}")
         if on_modes(question.build, question.ranges, until) is not None:
