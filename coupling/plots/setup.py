@@ -236,7 +236,7 @@ def draw_side(sketch: Sketch, structure: Any, x: float, y: float, sign: float) -
             sketch.edge([x, far], [end, end], str(support), f"end: {support}")
         return far
     if not data.get("layers"):
-        words, hatch = (f"{kind}{of}", "//") if kind == "half-space" else (f"{kind}{of}, not to scale", "..")
+        words, hatch = (f"{kind}{of}", "//") if kind == "half-space" else (f"{kind}{of}, whose size is not known", "..")
         return sketch.block(x, ends, sign * SPACE, words, facecolor="#e6e6e6", edgecolor=PALE, hatch=hatch)
 
     lengths = dict[str, list[float]]()

@@ -204,7 +204,7 @@ def read_signal(
             raise ValueError(f"calibration = {calibration!r}: {must}")
         forces[sensor] = (factor or 1.0) * forces[sensor][cut]
     names = {n: str(file) for n, file in files.items()} if isinstance(path, Mapping) else str(path)
-    inputs = {"signal": names, "sensors": column_of, **sampling._asdict(), "units_of_columns": units}
+    inputs = {"signal": names, "sensors": column_of, **sampling._asdict(), "columns_converted_to": units}
     inputs |= {"calibration": calibration, "baseline": baseline}
     data = _dataset(time[cut], forces, positions, baseline, inputs, f"{where}: ")
     notes += [f"{where}: {note}" for note in _doubts(data, "give a negative calibration")]

@@ -253,7 +253,10 @@ STRUCTURES: dict[str, tuple[Callable[[], Any], str]] = {
         "beam of steel 440C, 300 mm long, struck at 100 mm; thickness of a rectangular section",
     ),
     "infinite plate": (lambda: hl.infinite_plate(2e-3, hl.PTFE), "contact; the plate continues beyond the picture"),
-    "own": (lambda: hl.Structure([[1.0]], [[1e7]], None, [1.0], 0.0, hl.Surface(hl.PTFE)), "structure, not to scale"),
+    "own": (
+        lambda: hl.Structure([[1.0]], [[1e7]], None, [1.0], 0.0, hl.Surface(hl.PTFE)),
+        "structure, whose size is not known",
+    ),
 }
 
 
