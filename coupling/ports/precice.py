@@ -27,19 +27,10 @@ from structures.surface import Surface
 Read: TypeAlias = Callable[[float], Vector]
 Write: TypeAlias = Callable[[Vector], None]
 
-DATA = {"displacement": "Displacement", "force": "Force"}
-
-# Default names in the configuration. The chain reads the displacement, the structure reads the force.
-CHAIN_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", **DATA}
-STRUCTURE_NAMES = {"participant": "Structure", "mesh": "Structure-Mesh", **DATA}
-
 STEPS_PER_CONTACT = 64  # Steps of the chain in a contact, where neither preCICE nor the user says how long they are.
 # A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
 # divide by its change.
 ROUNDING = 1e-12
-# Limits of convergence: of the displacement (m) and of the force (N), and their relative limit. preCICE refuses
-# absolute limits of 1e-14 and less.
-STILL, WEAK, RELATIVE = 2e-14, 1e-9, 1e-9
 
 
 class Side(NamedTuple):
@@ -125,7 +116,8 @@ def run_in_precice(
     """
     instance("body", body, Chain | Structure, "a Chain or a Structure")  # type: ignore[arg-type]
     names = {} if names is None else instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")
-    called = STRUCTURE_NAMES if isinstance(body, Structure) else CHAIN_NAMES
+    end = "Structure" if isinstance(body, Structure) else "Chain"
+    called = {"participant": end, "mesh": f"{end}-Mesh", "displacement": "Displacement", "force": "Force"}
     for key, name in names.items():
         one_of("names", key, called)
         instance(f"names[{key!r}]", name, str, "a name in the configuration")
@@ -246,11 +238,8 @@ def precice_configuration(chain: Chain, surface: Surface, until: float, flexibil
     serial-implicit, with Aitken's relaxation; a window is 1/64 of a contact.
     """
     window = moving_chain(chain, surface, flexibility, None).contact_time / STEPS_PER_CONTACT
-    return Path(__file__).with_name("precice-config.xml").read_text("utf-8").format(
-        chain=CHAIN_NAMES["participant"], chain_mesh=CHAIN_NAMES["mesh"],
-        structure=STRUCTURE_NAMES["participant"], structure_mesh=STRUCTURE_NAMES["mesh"], **DATA,
-        STILL=STILL, WEAK=WEAK, RELATIVE=RELATIVE, until=positive("until", until, "s"), window=window,
-    )  # fmt: skip
+    text = Path(__file__).with_name("precice-config.xml").read_text("utf-8")
+    return text.format(until=positive("until", until, "s"), window=window)
 
 
 def _step(moving: MovingChain, before: Step | None, surface: float, span: float) -> Step:
