@@ -15,6 +15,7 @@ from coupling.inference.plates import on_modes
 from coupling.yield_check import CURE
 from hertzlink.cases.case import YIELDING, Case
 from hertzlink.cases.identification import Question, answer_of, fit, question_of
+from hertzlink.cases.tasks import builder_of, task_of
 from hertzlink.cases.templates import template
 
 ASKED = """
@@ -123,3 +124,15 @@ def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> No
     text = answer_of(question, found).text
     assert YIELDING in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(("places", "on_mesh"), [(2, True), (4, False)])
+def test_a_sweep_of_many_places_strikes_the_modes_of_one_plate(places: int, on_mesh: bool) -> None:
+    """AR is that of a run of its own, on a mesh."""
+    swept = f'[sweep]\n"{PLACE}" = {{ from = "20 mm", to = "50 mm", count = {places} }}\n'
+    case = Case(tomllib.loads(template("plate").replace('"1 mm"', '"2 mm"').replace("1.5 ms", "0.4 ms") + swept))
+    task = task_of(case)
+    assert (builder_of(task) == task.build) is on_mesh
+    found = hl.amplitude_ratio(builder_of(task)(x=0.02).run(case.until), 7)
+    wanted = hl.amplitude_ratio(task.build(x=0.02).run(case.until), 7)
+    assert found.item() == pytest.approx(wanted.item(), abs=3e-4)

@@ -4,8 +4,9 @@ While a builder runs, whether Python or a case file describes it, modes answer f
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,28 @@ FREQUENCY = 60e3
 """Hz, of the modes at least. With 40 kHz traces of small thin plates, which hold many echoes, are off by 0.5 %."""
 
 Build = Callable[..., CoSimulation]
-OnModes = Callable[[Build], CoSimulation]
+
+
+@dataclass(frozen=True)
+class OnModes:
+    """Builds co-simulations on the modes of their plate; slowest: of the plate with the slowest waves, so the
+    shortest."""
+
+    slowest: ModalPlate
+
+    def structure(self, plate: Plate, contacts: list[Contact]) -> Structure | None:
+        """Return the oscillators of a plate where it is struck; None where they do not serve."""
+        if not is_modal(plate) or len(contacts) != 1:
+            return None
+        modes, known = self.slowest, self.slowest.plate
+        if (plate.length, plate.width, plate.supports) != (known.length, known.width, known.supports):
+            # Another rectangle has other modes.
+            modes = ModalPlate(replace(plate, highest_frequency=known.highest_frequency), modes.until)
+        return modes.at(contacts[0].x, contacts[0].y, plate.thickness, plate.section.struck)
+
+    def __call__(self, build: Build, **values: Any) -> CoSimulation:
+        with answered_by(self.structure):
+            return build(**values)
 
 
 def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
@@ -52,22 +74,7 @@ def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
     slower = float(np.minimum(speeds / speeds[0], 1.0).prod())
     section = homogeneous_section(slower * first.thickness, first.section.struck)
     known = replace(first, section=section, highest_frequency=max(FREQUENCY, first.highest_frequency))
-    slowest = ModalPlate(known, until)
-
-    def structure(plate: Plate, contacts: list[Contact]) -> Structure | None:
-        if not is_modal(plate) or len(contacts) != 1:
-            return None
-        modes = slowest
-        if (plate.length, plate.width, plate.supports) != (known.length, known.width, known.supports):
-            # Another rectangle has other modes.
-            modes = ModalPlate(replace(plate, highest_frequency=known.highest_frequency), until)
-        return modes.at(contacts[0].x, contacts[0].y, plate.thickness, plate.section.struck)
-
-    def simulation(build: Build) -> CoSimulation:
-        with answered_by(structure):
-            return build()
-
-    return simulation
+    return OnModes(ModalPlate(known, until))
 
 
 def on_modes(build: Build, ranges: Mapping[str, tuple[float, float]], until: float) -> Build | None:
@@ -75,4 +82,4 @@ def on_modes(build: Build, ranges: Mapping[str, tuple[float, float]], until: flo
     middle = {name: 0.5 * (low + high) for name, (low, high) in ranges.items()}
     changes = [{}, *({name: end} for name, ends in ranges.items() for end in ends)]
     simulation = modes_of([partial(build, **(middle | change)) for change in changes], until)
-    return None if simulation is None else lambda **values: simulation(partial(build, **values))
+    return None if simulation is None else partial(simulation, build)
