@@ -1,9 +1,10 @@
 """Entries of a case that vary: the axes of [sweep], tables of their results, and entries that are uncertain."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import partial
 from itertools import pairwise, product
 from math import floor, inf, isnan, prod
 from textwrap import fill
@@ -13,6 +14,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from coupling.cosimulation import CoSimulation
+from coupling.inference.plates import modes_of
 from coupling.inference.uncertainty import uncertainty
 from coupling.plots.canvas import in_words
 from coupling.results.findings import findings_of
@@ -36,6 +39,9 @@ VARIED = ("chain", "structure", "materials")
 
 OWN_NAMES, OF_CRITICAL = OF_RUNS | {"sensor", "error"}, {"distance", "within", "end"}
 """Names that results use themselves, and those of a critical distance."""
+
+FEWEST_ON_MODES = 4
+"""Plates of a sweep from which on their modes, once, take less time than a mesh of each."""
 
 EDGES = ("distance from the left edge", "distance from the bottom edge")
 """The two numbers of the place `at` of a contact on a rectangular plate."""
@@ -133,6 +139,20 @@ def _steps(case: Case, path: Path, place: Path, given: Call) -> list[Any]:
         values = [start + i * Decimal(repr(step)) for i in range(count + 1)]
     whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in values)
     return [int(value) if whole else float(value) for value in values]
+
+
+def builder_of(task: Task) -> Callable[..., CoSimulation]:
+    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
+    axes = {"distance" if axis is task.along else axis.name: axis for axis in task.axes}
+    plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
+    if plates < FEWEST_ON_MODES and task.along is None:
+        return task.build
+    start, changes = {name: axis.values[0] for name, axis in axes.items()}, list[dict[str, Any]]()
+    for name, axis in axes.items():
+        ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
+        changes += [{name: value} for value in ends]
+    modes = modes_of([partial(task.build, **(start | change)) for change in [{}, *changes]], task.case.until)
+    return task.build if modes is None else partial(modes.simulation, task.build)
 
 
 def path_of(key: str, place: Path) -> Path:

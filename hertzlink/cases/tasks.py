@@ -4,11 +4,10 @@ What belongs to sweeps alone is loaded from `sweeps` where a case has one.
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from math import prod
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,6 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.numerical_error import numerical_error
-from coupling.inference.plates import modes_of
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
 from coupling.results.measures import energy_error, sensor_force
@@ -34,9 +32,6 @@ if TYPE_CHECKING:
     from hertzlink.cases.sweeps import Axis
 
 FEWEST_DISTANCES = 3
-FEWEST_ON_MODES = 4
-"""Plates of a task from which on its modes, once, take less time than a mesh of each."""
-
 WIDTH = 80
 
 MOST_ROWS = 40
@@ -174,24 +169,14 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
     return data
 
 
-def builder_of(task: Task) -> Callable[..., CoSimulation]:
-    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
-    axes = {"distance" if axis is task.along else axis.name: axis for axis in task.axes}
-    plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
-    if plates < FEWEST_ON_MODES and task.along is None:
-        return task.build
-    start, changes = {name: axis.values[0] for name, axis in axes.items()}, list[dict[str, Any]]()
-    for name, axis in axes.items():
-        ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
-        changes += [{name: value} for value in ends]
-    modes = modes_of([partial(task.build, **(start | change)) for change in [{}, *changes]], task.case.until)
-    return task.build if modes is None else partial(modes.simulation, task.build)
-
-
 def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     """Run it."""
-    case, measure, build = task.case, task.case.measure, builder_of(task)
+    case, measure, build = task.case, task.case.measure, task.build
     axes: dict[str, Any] = {axis.name: axis.values for axis in task.others}
+    if task.axes:
+        from hertzlink.cases.sweeps import builder_of
+
+        build = builder_of(task)
     if task.along is not None and measure.critical_distance is not None:
         wanted = measure.critical_distance
         data = critical_distance_search(
