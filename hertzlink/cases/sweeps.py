@@ -151,8 +151,8 @@ def builder_of(task: Task) -> Callable[..., CoSimulation]:
     for name, axis in axes.items():
         ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
         changes += [{name: value} for value in ends]
-    modes = modes_of([partial(task.build, **(start | change)) for change in [{}, *changes]], task.case.until)
-    return task.build if modes is None else partial(modes.simulation, task.build)
+    on_modes = modes_of([partial(task.build, **(start | change)) for change in [{}, *changes]], task.case.until)
+    return task.build if on_modes is None else partial(on_modes, task.build)
 
 
 def path_of(key: str, place: Path) -> Path:
