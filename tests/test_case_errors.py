@@ -1,22 +1,20 @@
 """Wrong case files: one line that names file, line, path and cure; exit code 2; nothing written."""
 
 import os
-import signal
 import tomllib
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import skfem
+from command import ended
 from skfem.io.meshio import to_meshio
 
 from hertzlink.cases import Fault
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.tasks import task_of
 from hertzlink.cases.templates import template
-from hertzlink.cli import main
 
 ROD = """\
 [chain]
@@ -234,14 +232,10 @@ def complaint(
     monkeypatch.chdir(tmp_path)
 
     def said(*arguments: str) -> str:
-        handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
         before = sorted(os.listdir())
-        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
-            main(arguments)
-        signal.signal(signal.SIGTERM, handler)
-        warnings.formatwarning = form
+        code = ended(*arguments)
         out, err = capsys.readouterr()
-        assert (end.value.code, out, err.count("\n")) == (2, "", 1), err
+        assert (code, out, err.count("\n")) == (2, "", 1), err
         assert len(err) < 500
         assert sorted(os.listdir()) == before
         return err.strip()
@@ -498,8 +492,7 @@ def test_what_a_file_says_is_no_command_for_terminal_or_shell(
 ) -> None:
     """Neither the title of a case nor a name in a message."""
     Path("case.toml").write_text(f'title = "a\\u001b[31mred"\n{ROD}')
-    with pytest.raises(SystemExit):
-        main(["run", "case.toml"])
+    ended("run", "case.toml")
     assert capsys.readouterr().out.startswith("a\\x1b[31mred\n")
     assert Path("case/table.txt").read_text().startswith("a\\x1b[31mred\n")
     assert "\x1b" not in complaint("check", "\x1b[2Jcase.toml")
@@ -511,9 +504,7 @@ def test_a_case_whose_name_is_not_in_utf_8_runs(
     """A mesh of such a name is refused before any work: results could not hold it."""
     name = os.fsdecode(b"rod\xff.toml")
     Path(name).write_text(ROD)
-    with pytest.raises(SystemExit) as end:
-        main(["run", name])
-    assert not end.value.code
+    assert ended("run", name) == 0
     assert "rod\\udcff" in capsys.readouterr().out
     assert Path(os.fsdecode(b"rod\xff"), "report.html").is_file()
     Path(name).write_text(BASE)

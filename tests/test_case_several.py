@@ -2,16 +2,15 @@
 
 import csv
 import tomllib
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command import ended
 
 import hertzlink as hl
 from hertzlink.cases.case import Case
-from hertzlink.cli import main
 
 UNTIL = 1.5e-4
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
@@ -155,9 +154,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     (tmp_path / "case.toml").write_text(longer + "[measure]\nsensor = 6\n")
 
     def run(*words: str) -> str:
-        with warnings.catch_warnings(action="ignore"), pytest.raises(SystemExit) as end:
-            main(words)
-        assert not end.value.code
+        assert ended(*words) == 0
         return capsys.readouterr().out
 
     return run

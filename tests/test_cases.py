@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-import signal
 import tomllib
 import warnings
 from collections.abc import Callable
@@ -15,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from command import ended
 from page_parser import check_page
 
 import hertzlink as hl
@@ -31,7 +31,6 @@ from hertzlink.cases.schema import schema
 from hertzlink.cases.sweeps import budget_of
 from hertzlink.cases.tasks import Table, run_both, task_of
 from hertzlink.cases.templates import KINDS, template
-from hertzlink.cli import main
 from structures.described import registered
 
 BOUNDARY = """\
@@ -87,13 +86,9 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments: str, code: int = 0) -> str:
-        handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
-        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
-            main(arguments)
-        signal.signal(signal.SIGTERM, handler)
-        warnings.formatwarning = form
+        found = ended(*arguments)
         out, err = capsys.readouterr()
-        assert (end.value.code or 0) == code, err
+        assert found == code, err
         return out
 
     return run

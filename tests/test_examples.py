@@ -7,8 +7,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
-
-from hertzlink.cli import main
+from command import ended
 
 GALLERY = Path(__file__).parent.parent / "examples"
 
@@ -118,9 +117,7 @@ def test_the_case_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     """The same plate without Python, by the command that the page names; its numbers are those that it prints."""
     monkeypatch.chdir(tmp_path)
     Path("edge.toml").write_text(blocks("README.md", "toml")[0], encoding="utf-8")
-    with pytest.raises(SystemExit) as end:
-        main(["run", "edge.toml"])
-    assert not end.value.code
+    assert ended("run", "edge.toml") == 0
     table = Path("edge/table.txt").read_text(encoding="utf-8").splitlines()
     rows = (next(line for line in table if line.endswith(contacts)) for contacts in ("  elastic", "  fresh spot"))
     (value, low, high, _), (yielding, *_) = (map(float, re.findall(r"\d+\.\d+", row)) for row in rows)

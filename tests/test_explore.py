@@ -9,7 +9,6 @@ import subprocess
 import threading
 import tomllib
 import urllib.request
-import warnings
 from collections.abc import Iterator
 from decimal import Decimal
 from http.client import HTTPConnection
@@ -19,11 +18,11 @@ from urllib.parse import urlencode
 
 import numpy as np
 import pytest
+from command import ended
 
 import hertzlink as hl
 from hertzlink.cases.case import read
 from hertzlink.cases.tasks import task_of
-from hertzlink.cli import main
 from hertzlink.explore.answers import MOST_POINTS, Explorer, modes_for, thinned
 from hertzlink.explore.server import Server
 from hertzlink.explore.sliders import sliders_of, start_of
@@ -109,18 +108,6 @@ def got(server: Server, place: str, method: str = "GET", **headers: str) -> tupl
     text = reply.read().decode()
     connection.close()
     return reply.status, json.loads(text) if reply.headers.get_content_type() == "application/json" else text
-
-
-def ended(*arguments: str) -> Any:
-    """The exit code of the command line."""
-    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
-    try:
-        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
-            main(arguments)
-    finally:
-        signal.signal(signal.SIGTERM, handler)
-        warnings.formatwarning = form
-    return end.value.code
 
 
 def test_answers_are_those_of_the_same_run_in_python(server: Server) -> None:

@@ -9,12 +9,12 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
+from command import ended
 
 from coupling.results.provenance import stored
 from hertzlink.cases import case as cases
 from hertzlink.cases.case import read
 from hertzlink.cases.tasks import task_of
-from hertzlink.cli import main
 from hertzlink.explore.sliders import sliders_of, start_of
 from structures import described
 
@@ -52,21 +52,14 @@ def cantilever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def command(*words: str) -> int:
-    """The exit code of a command."""
-    with pytest.raises(SystemExit) as end:
-        main(words)
-    return int(end.value.code or 0)
-
-
 def test_a_part_of_ones_own_runs_in_a_case(cantilever: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command("run", "case.toml", "--with", "mine.py") == 0
+    assert ended("run", "case.toml", "--with", "mine.py") == 0
     data = xr.open_dataset(cantilever / "case" / "results.nc")
     assert stored(data.attrs["input"])["structure"]["length"] == 0.05
     report = (cantilever / "case" / "report.html").read_text("utf-8")
     assert "length = &#34;50 mm&#34;" in report
     assert "side = &#34;20 mm&#34;" in report
-    assert command("schema", "--with", "mine.py") == 0
+    assert ended("schema", "--with", "mine.py") == 0
     assert '"const": "cantilever"' in capsys.readouterr().out
 
 
@@ -79,7 +72,7 @@ def test_it_has_sliders_and_is_swept_in_other_processes(cantilever: Path, monkey
     assert sliders["Young's modulus"][2] == "GPa"
     text = (cantilever / "case.toml").read_text("utf-8") + '[sweep]\n"structure.length" = ["40 mm", "60 mm"]\n'
     (cantilever / "swept.toml").write_text(text, encoding="utf-8")
-    assert command("run", "swept.toml", "--with", "mine.py", "--jobs", "2") == 0
+    assert ended("run", "swept.toml", "--with", "mine.py", "--jobs", "2") == 0
     table = (cantilever / "swept" / "table.txt").read_text("utf-8")
     assert "length, mm" in table
 
@@ -87,18 +80,18 @@ def test_it_has_sliders_and_is_swept_in_other_processes(cantilever: Path, monkey
 @pytest.mark.thorough
 def test_a_number_of_it_is_identified(cantilever: Path) -> None:
     text = (cantilever / "case.toml").read_text("utf-8")
-    assert command("run", "case.toml", "--with", "mine.py") == 0
+    assert ended("run", "case.toml", "--with", "mine.py") == 0
     traces = np.loadtxt(cantilever / "case" / "traces.csv", delimiter=",", skiprows=1)
     np.savetxt("trace.csv", traces, delimiter=",", header="time (s),force (N)", comments="")
     question = '[identify]\nsensors = { 3 = 1 }\nunknowns = { "structure.side" = ["15 mm", "26 mm"] }\nnuisances = []\n'
     (cantilever / "asked.toml").write_text(text + question + 'unit = "N"\nnoise = "1 mN"\n', encoding="utf-8")
-    assert command("identify", "asked.toml", "trace.csv", "--with", "mine.py") == 0
+    assert ended("identify", "asked.toml", "trace.csv", "--with", "mine.py") == 0
     row = (cantilever / "asked-found" / "unknowns.csv").read_text("utf-8").splitlines()[1].split(",")
     assert float(row[1]) == pytest.approx(0.02, rel=1e-3)
 
 
 def test_results_name_the_file_of_its_code(cantilever: Path) -> None:
-    assert command("run", "case.toml", "--with", "mine.py") == 0
+    assert ended("run", "case.toml", "--with", "mine.py") == 0
     first, *_ = (cantilever / "case" / "case.toml").read_text("utf-8").splitlines()
     assert first == f"# --with mine.py, SHA-256 {sha256((cantilever / 'mine.py').read_bytes()).hexdigest()}"
 
@@ -123,7 +116,7 @@ def test_what_is_wrong_with_it_is_one_line(
 ) -> None:
     mine = cantilever / "mine.py"
     mine.write_text(mine.read_text("utf-8").replace(old, new, 1) if old else mine.read_text("utf-8"), encoding="utf-8")
-    assert command("run", "case.toml", *words) == 2
+    assert ended("run", "case.toml", *words) == 2
     assert said in capsys.readouterr().err
 
 
@@ -144,5 +137,5 @@ def test_its_entries_are_checked_as_those_of_others(
 ) -> None:
     case = cantilever / "case.toml"
     case.write_text(case.read_text("utf-8").replace('length = "50 mm"', entry), encoding="utf-8")
-    assert command("run", "case.toml", "--with", "mine.py") == 2
+    assert ended("run", "case.toml", "--with", "mine.py") == 2
     assert said in capsys.readouterr().err

@@ -12,12 +12,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 import xarray as xr
+from command import ended
 from numpy.typing import NDArray
 
 import hertzlink as hl
 from coupling.ports.precice import STEPS_PER_CONTACT
 from hertzlink.cases.case import read
-from hertzlink.cli import main
 
 CASE = """
 [chain]
@@ -134,18 +134,12 @@ class End:
         self.done = self.coupling.windows
 
 
-def command(*words: str) -> int:
-    with pytest.raises(SystemExit) as end:
-        main(words)
-    return int(end.value.code or 0)
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder that the command writes for a case."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tap.toml").write_text(CASE)
-    assert command("precice", "tap.toml") == 0
+    assert ended("precice", "tap.toml") == 0
     return tmp_path / "tap-precice"
 
 
@@ -180,7 +174,7 @@ def test_both_ends_together_are_the_run_of_the_case(folder: Path, monkeypatch: p
     assert side.surface is not None
     with warnings.catch_warnings(action="ignore"), ThreadPoolExecutor(1) as threads:
         chain = threads.submit(hl.run_in_precice, side.chain, folder / "precice-config.xml", side.surface)
-        assert command("precice", str(folder / "case.toml"), "--participant", "Structure", "--output", "end") == 0
+        assert ended("precice", str(folder / "case.toml"), "--participant", "Structure", "--output", "end") == 0
         run = chain.result(timeout=PATIENCE)
         expected = simulation.replace(scheme=hl.Aitken(1e-11), window=window).run(float(run.time[-1]))
     with xr.open_dataset("end/results.nc") as end:
@@ -201,13 +195,13 @@ def test_both_ends_together_are_the_run_of_the_case(folder: Path, monkeypatch: p
 def test_a_case_that_cannot_be_coupled(
     folder: Path, change: str, reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command("precice", str(folder / "case.toml"), "--set", change) == 2
+    assert ended("precice", str(folder / "case.toml"), "--set", change) == 2
     assert reason in capsys.readouterr().err
 
 
 def test_a_sweep_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "sweep.toml").write_text(CASE + '\n[sweep]\n"chain.impact_speed" = [0.2, 0.3]\n')
-    assert command("precice", str(folder / "sweep.toml"), "--output", "other") == 2
+    assert ended("precice", str(folder / "sweep.toml"), "--output", "other") == 2
     assert "preCICE couples a single run" in capsys.readouterr().err
     assert not Path("other").exists()
 
@@ -215,7 +209,7 @@ def test_a_sweep_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_an_end_outside_its_folder_says_where_to_go(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("rod.toml").write_text(CASE)
     for cure in ("hertzlink precice rod.toml writes it", "cd rod-precice"):
-        assert command("precice", "rod.toml", "--participant", "Chain") == 2
+        assert ended("precice", "rod.toml", "--participant", "Chain") == 2
         assert f"precice-config.xml: there is no such file; {cure}" in capsys.readouterr().err
         Path("rod-precice").mkdir(exist_ok=True)
         Path("rod-precice/precice-config.xml").write_text("")

@@ -1,15 +1,13 @@
 """Messages fit the terminal, with whole paths; redirected output has one line for each."""
 
-import signal
 import sys
-import warnings
 from io import StringIO
 from pathlib import Path
 
 import pytest
+from command import ended
 
 from hertzlink import output as terminal
-from hertzlink.cli import main
 from structures.caution import HertzlinkWarning
 
 
@@ -59,12 +57,7 @@ def test_a_path_is_not_broken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
 def test_a_faulty_command_is_wrapped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     shown = on_terminal(monkeypatch)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(warnings, "formatwarning", warnings.formatwarning)
-    handler = signal.getsignal(signal.SIGTERM)
-    with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
-        main(["run", "nofile.toml"])
-    signal.signal(signal.SIGTERM, handler)
-    assert end.value.code == 2
+    assert ended("run", "nofile.toml") == 2
     lines = shown.getvalue().splitlines()
     assert lines[0].startswith("nofile.toml: there is no such file")
     assert len(lines) == 2

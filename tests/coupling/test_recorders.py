@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.io
+from command import ended
 
 import hertzlink as hl
-from hertzlink import cli
 
 STEP, START = 5e-7, -1e-4
 TIME = START + STEP * np.arange(1200)
@@ -130,9 +130,7 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     noise = np.random.default_rng(1).normal(0.0, 0.002, time.size)
     volts = np.minimum(np.round(pulse + noise + 0.02 * np.sin(2 * np.pi * 50.0 * time), 3), 1.0)
     scipy.io.savemat(tmp_path / "hum.mat", {"A": volts, "Tinterval": 1e-6, "Tstart": 0.0})
-    with pytest.raises(SystemExit) as ended:
-        cli.main(["signal", str(tmp_path / "hum.mat"), "--picture", str(tmp_path / "a.png")])
-    assert not ended.value.code
+    assert ended("signal", str(tmp_path / "hum.mat"), "--picture", str(tmp_path / "a.png")) == 0
     lines = capsys.readouterr().out.split("\n")
     assert lines[0] == "a file of MATLAB (.mat), 80000 samples, one every 1 µs, from 0 s to 80 ms"
     assert re.match(r" +1  A +-2\d(\.\d)? mV +1 V +1 mV +1[34]\.\d mV  50 Hz (19\.9|20|20\.1) mV$", lines[2])
@@ -140,6 +138,5 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert lines[4].endswith("as much as white noise would: hum or drift")
     assert (tmp_path / "a.png").stat().st_size > 5_000
     np.savetxt(tmp_path / "ms.csv", np.c_[1e3 * time, volts], delimiter=",")
-    with pytest.raises(SystemExit):
-        cli.main(["signal", str(tmp_path / "ms.csv"), "--picture", str(tmp_path / "a.png")])
+    assert ended("signal", str(tmp_path / "ms.csv"), "--picture", str(tmp_path / "a.png")) == 0
     assert "too coarse for contacts of beads" in capsys.readouterr().out

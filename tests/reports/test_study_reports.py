@@ -2,19 +2,17 @@
 
 import json
 import re
-import signal
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import xarray as xr
+from command import ended
 from matplotlib.figure import Figure
 from page_parser import check_page
 
 import hertzlink as hl
-from hertzlink.cli import main
 from hertzlink.studies import STUDIES, captions, draw, study
 from hertzlink.studies.command import QUICK
 from hertzlink.studies.compare import Number
@@ -45,20 +43,15 @@ class Small:
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Iterator[Command]:
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Command:
     """The command line in this process, in a folder of its own: exit code and standard error."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("hertzlink.studies.command.study", lambda name: Small())
 
     def run(*arguments: str) -> tuple[int, str]:
-        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
-            main(arguments)
-        return int(end.value.code or 0), capsys.readouterr().err
+        return ended(*arguments), capsys.readouterr().err
 
-    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
-    yield run
-    signal.signal(signal.SIGTERM, handler)
-    warnings.formatwarning = form
+    return run
 
 
 def names(folder: str) -> set[str]:
