@@ -174,7 +174,9 @@ def write_results(
             (into / file).write_text(content, encoding="utf-8")
         try:
             page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
-            page.title = case.title or f"{page.title}: {printable(Path(name).stem)}"
+            of = printable(Path(name).stem)
+            same = of.replace("-", " ") == page.title.lower()
+            page.title = case.title or (page.title if same else f"{page.title}: {of}")
             (into / "report.html").write_text(html(page), encoding="utf-8")
             with default_style():
                 for picture in page.pictures if form else ():

@@ -13,12 +13,12 @@ from hertzlink.output import write_file
 from hertzlink.reports import Page, Table, html, sketch_and_input, usual_facts
 from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 from structures.caution import collected
-from structures.checks import not_negative, short
+from structures.checks import short
 
 
 def report(
     result: Any, path: str | Path, title: str | None = None, sensors: int | Iterable[int] | None = None,
-    setup: Any = None, took: float | None = None,
+    setup: Any = None,
 ) -> Path:  # fmt: skip
     """Write a report of a result: one HTML page with its answer, figures, tables, warnings, input and versions.
 
@@ -36,8 +36,6 @@ def report(
         Beads, 1 to N from the struck end; by default the middle bead, all of a signal.
     setup : CoSimulation, optional
         What to sketch, for a signal or an identification, which do not hold it.
-    took : float, optional
-        Time that the computation took, s.
 
     Returns
     -------
@@ -56,8 +54,7 @@ def report(
         raise ValueError(f"path = {short(path)}: must be the name of a file")
     if title is not None and not isinstance(title, str):
         raise ValueError(f"title = {short(title)}: must be text")
-    page = page_of(result, title, sensors, setup, None if took is None else not_negative("took", took, "s"))
-    write_file(Path(path), html(page).encode("utf-8", "replace"))
+    write_file(Path(path), html(page_of(result, title, sensors, setup)).encode("utf-8", "replace"))
     return Path(path)
 
 

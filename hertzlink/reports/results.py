@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import islice, product
@@ -34,6 +34,11 @@ DEFINED = (
     "AR, the amplitude ratio, is the peak force of a reflected wave over that of the incident wave. TOF, the time of "
     "flight, is the time between these two peaks. Both are read at a sensor: the mean of the two contact forces of a "
     "bead. Bead 1 is the struck one."
+)
+
+WHICH_DISTANCE = (
+    "Keep to the greater of the two distances: it holds for every tap. The smaller one is enough only where all taps "
+    "hit spots of a thick body that earlier taps of the same strength have dented."
 )
 
 FRESH_SPOT = (
@@ -229,7 +234,10 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     contacts = ["contacts"] * (yielded is not None)
     head = [*parameters, *contacts, f"critical distance ({unit})", f"between ({unit})", "AR far away"]
     page.tables.append(Table("Critical distances", head, rows))
-    page.sentences += [FRESH_SPOT] * (yielded is not None) + [DEFINED]
+    if "within" in data.coords and "within" not in critical.dims:
+        allowed = f"{float(data.within):g}"
+        page.sentences.append(f"Beyond the critical distance AR stays within ± {allowed} of AR far away.")
+    page.sentences += [WHICH_DISTANCE, FRESH_SPOT] * (yielded is not None) + [DEFINED]
     return page
 
 
@@ -269,7 +277,9 @@ def identification_page(data: xr.Dataset) -> Page:
         fits = data.modes.values[1:] / [unknown.unit_size for unknown in unknowns]
         caption = "Other fits that the noise does not exclude"
         page.tables.append(Table(caption, [one.head for one in unknowns], [[f"{x:.4g}" for x in fit] for fit in fits]))
-    entries = [(in_words(name), str(value)) for name, value in read.items() if value not in (None, "", {}, [])]
+    entries = [
+        (in_words(name), entry_in_words(value)) for name, value in read.items() if value not in (None, "", {}, [])
+    ]
     if entries and "time" in data.dims:
         step = float(data.time[-1] - data.time[0]) / (data.time.size - 1)
         length = f"{1e-6 / step:.6g} MHz, {1e3 * step * (data.time.size - 1):.6g} ms"
@@ -288,6 +298,16 @@ def identification_page(data: xr.Dataset) -> Page:
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
     picture("correlation", words, "correlation", height=WIDTH - 1.0, folded=True)
     return page
+
+
+def entry_in_words(value: Any) -> str:
+    """Return an entry of the input as text; the keys of a mapping are beads or names."""
+    if isinstance(value, Mapping):
+        names = [f"bead {name}" if str(name).isdigit() else in_words(str(name)) for name in value]
+        return ", ".join(f"{name}: {entry_in_words(part)}" for name, part in zip(names, value.values(), strict=True))
+    if isinstance(value, list | tuple):
+        return ", ".join(map(entry_in_words, value))
+    return str(value)
 
 
 def unknown_in_words(unknown: Unknown) -> str:
