@@ -42,7 +42,7 @@ class OwnPiece(NamedTuple):
 
 
 @dataclass(frozen=True)
-class OwnLaw(hl.ContactLaw):
+class OwnLaw(hl.laws.ContactLaw):
     stiffness: float
     piece = OwnPiece
 

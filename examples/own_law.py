@@ -9,7 +9,7 @@ import hertzlink as hl
 
 
 @dataclass(frozen=True)
-class Conical(hl.ContactLaw):
+class Conical(hl.laws.ContactLaw):
     """A cone on a flat: F = k δ² (Sneddon, Int. J. Eng. Sci. 3 (1965) 47)."""
 
     stiffness: float  # N/m²

@@ -59,7 +59,6 @@ from particles.excitation import Piston as Piston
 from particles.excitation import PushedBead as PushedBead
 from particles.excitation import SpringLoaded as SpringLoaded
 from particles.laws.formulas import contact_law as contact_law
-from particles.laws.law import ContactLaw as ContactLaw
 from plates.additions import PointMass as PointMass
 from plates.additions import Prestress as Prestress
 from plates.additions import Stiffener as Stiffener
@@ -86,7 +85,6 @@ from structures.bodies.rod import Layer as Layer
 from structures.bodies.rod import rod as rod
 from structures.bodies.solid import solid as solid
 from structures.caution import HertzlinkWarning as HertzlinkWarning
-from structures.damping import damped as damped
 from structures.described import described as described
 from structures.imported import from_matrices as from_matrices
 from structures.imported import from_modes as from_modes
@@ -94,12 +92,10 @@ from structures.material import ACRYLIC as ACRYLIC
 from structures.material import ALUMINIUM_6061 as ALUMINIUM_6061
 from structures.material import BRASS_360 as BRASS_360
 from structures.material import MATERIALS as MATERIALS
-from structures.material import NYLON as NYLON
 from structures.material import PTFE as PTFE
 from structures.material import STEEL_316 as STEEL_316
 from structures.material import STEEL_440C as STEEL_440C
 from structures.material import Material as Material
-from structures.quantities import Length as Length
 from structures.reduction import reduce as reduce
 from structures.structure import Structure as Structure
 from structures.structure import half_space as half_space

@@ -4,3 +4,4 @@ from structures.damping import Modal as Modal
 from structures.damping import Rayleigh as Rayleigh
 from structures.damping import StandardLinearSolid as StandardLinearSolid
 from structures.damping import Viscous as Viscous
+from structures.damping import damped as damped

@@ -154,7 +154,7 @@ class StandardLinearSolid(Viscous):
     Examples
     --------
     >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
-    >>> hl.damped(bar, hl.damping.StandardLinearSolid(share=0.1, time=2e-6)).size == 2 * bar.size
+    >>> hl.damping.damped(bar, hl.damping.StandardLinearSolid(share=0.1, time=2e-6)).size == 2 * bar.size
     True
     """
 
@@ -212,7 +212,7 @@ def damped(structure: Structure, damping: Viscous, part: int | None = None) -> S
     Examples
     --------
     >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
-    >>> hl.damped(bar, hl.damping.StandardLinearSolid(share=0.1, time=5e-6), part=1).size > bar.size
+    >>> hl.damping.damped(bar, hl.damping.StandardLinearSolid(share=0.1, time=5e-6), part=1).size > bar.size
     True
     """
     instance("structure", structure, Structure, "a Structure")

@@ -125,14 +125,14 @@ class Described:
 def described(target: Thing) -> Thing:
     """Describe a class or a function by its signature: a part that hertzlink checks, stores and varies.
 
-    A class becomes a frozen dataclass. Parameters with a quantity, such as hl.Length, are checked, and warn where the
+    A class becomes a frozen dataclass. Parameters with a quantity, such as `Length`, are checked, and warn where the
     number is probably in another unit. A structure notes the arguments of its function in its `origin`. Case files use
     the part by its name: `kind = "cantilever"` with `hertzlink run case.toml --with mine.py`.
 
     Parameters
     ----------
     target : class or function
-        Its annotations say what its parameters are: `length: hl.Length`, `material: hl.Material`.
+        Its annotations say what its parameters are: `length: hl.quantities.Length`, `material: hl.Material`.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def described(target: Thing) -> Thing:
     Examples
     --------
     >>> @hl.described
-    ... def block(side: hl.Length, material: hl.Material) -> hl.Structure:
+    ... def block(side: hl.quantities.Length, material: hl.Material) -> hl.Structure:
     ...     mass = material.density * side**3
     ...     return hl.Structure([[mass]], [[0.0]], None, [1.0], 0.0, hl.Surface(material))
     >>> block(-1.0, hl.PTFE)
@@ -167,7 +167,7 @@ def described_as(
         for name, parameter in inspect.signature(product).parameters.items():
             if parameter.annotation is parameter.empty:
                 raise ValueError(
-                    f"{target.__name__}: {name} has no annotation, must have one, such as {name}: hl.Length or {name}: "
+                    f"{target.__name__}: {name} has no annotation, must have one, such as {name}: Length or {name}: "
                     "float, by which its arguments are checked"
                 )
         product.__described__ = Described(product, what, called, also)

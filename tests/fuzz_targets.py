@@ -275,7 +275,7 @@ def _structures() -> dict[str, Target]:
         ),
         "ContactPoint": Target(hl.ContactPoint, {"structure": PLATE.at([0.05, 0.07], [0.02, 0.03]), "number": 1}),
         "damped": Target(
-            hl.damped,
+            hl.damping.damped,
             {"structure": ROD, "damping": damping.StandardLinearSolid(0.1, 5e-6), "part": 1},
             push,
             {"part": (0, 2, -1, 10**9), "damping": (damping.Rayleigh(1.0), damping.Modal(0.1), 0.1)},

@@ -102,7 +102,7 @@ def test_results_name_the_file_of_its_code(cantilever: Path) -> None:
         ("", "", (), 'case.toml:7: structure.kind: "cantilever" is no kind; must be one of nothing, beam'),
         ("", "", ("--with", "none.py"), "--with none.py: cannot be read (No such file or directory)"),
         ("@hl.described", "", ("--with", "mine.py"), "--with mine.py: describes no part; write @hl.described above"),
-        ("hl.Structure:", "hl.Structure", ("--with", "mine.py"), "--with mine.py:7: expected ':'"),
+        ("hl.Structure:", "hl.Structure", ("--with", "mine.py"), "--with mine.py:8: expected ':'"),
         (
             "def cantilever",
             "def half_space",

@@ -60,7 +60,7 @@ def on_plate(thickness: float, away: float, speed: float = 0.3) -> hl.CoSimulati
 def damped(thickness: float, away: float) -> hl.CoSimulation:
     plain = on_plate(thickness, away)
     body = hl.reduce(hl.kirchhoff_plate(0.3, 0.2, thickness, hl.ALUMINIUM_6061, HELD).at(0.3 - away, 0.1), 1e-4)
-    return plain.replace(structure=hl.damped(body, hl.damping.Modal(0.01)))
+    return plain.replace(structure=hl.damping.damped(body, hl.damping.Modal(0.01)))
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,7 @@ def structures() -> dict[str, Callable[[], Any]]:
         "plate of modes": lambda: hl.ModalPlate(plate(), UNTIL).at(
             0.05, 0.07, thickness=4e-3, material=hl.Material(1e11, 0.33, 8500.0)
         ),
-        "structural loss": lambda: hl.damped(small(rod()), hl.damping.Modal(0.025)),
+        "structural loss": lambda: hl.damping.damped(small(rod()), hl.damping.Modal(0.025)),
     }
 
 
@@ -169,9 +169,9 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "layered rod": lambda: co(chain(gravity=9.81), rod()),
         "layered rod, reduced": lambda: co(chain(gravity=9.81), small(rod())),
         "absorbing rod": lambda: co(chain(), hl.rod(LAYERS, base="absorbing")),
-        "rod with Rayleigh damping": lambda: co(chain(), hl.damped(rod(), hl.damping.Rayleigh(100.0, 1e-7))),
-        "modal damping": lambda: co(chain(), hl.damped(small(rod()), hl.damping.Modal(0.02))),
-        "viscous rod": lambda: co(chain(), small(hl.damped(rod(), hl.damping.StandardLinearSolid(0.5, 2e-5)))),
+        "rod with Rayleigh damping": lambda: co(chain(), hl.damping.damped(rod(), hl.damping.Rayleigh(100.0, 1e-7))),
+        "modal damping": lambda: co(chain(), hl.damping.damped(small(rod()), hl.damping.Modal(0.02))),
+        "viscous rod": lambda: co(chain(), small(hl.damping.damped(rod(), hl.damping.StandardLinearSolid(0.5, 2e-5)))),
         "layered cylinder": lambda: co(chain(), small(hl.layered_cylinder(LAYERS))),
         "cube": lambda: co(chain(), small(of_cubes())),
         "thin plate": lambda: co(chain(), small(plate().at(0.05, 0.07))),
@@ -240,7 +240,7 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
             "hollow spheres": hl.HollowSphere(9.525e-3, 8.655e-3, hl.STEEL_316),
             "ellipsoids across": hl.Ellipsoid(4e-3, 12e-3, hl.BRASS_360, angle=0.4),
             "ellipsoids along": hl.Ellipsoid(4e-3, 12e-3, hl.MATERIALS["copper"], axis="along"),
-            "polymer": hl.Sphere(4.76e-3, hl.NYLON),
+            "polymer": hl.Sphere(4.76e-3, hl.MATERIALS["nylon"]),
         }.items()
     }
     found |= {

@@ -53,7 +53,7 @@ def sweep(
     retry : bool
         Run points again that are recorded in the store as failed.
     **axes : iterable
-        The values of each axis, such as length=[0.02, 0.04] or material=[hl.PTFE, hl.NYLON].
+        The values of each axis, such as length=[0.02, 0.04] or material=[hl.PTFE, hl.ACRYLIC].
 
     Returns
     -------

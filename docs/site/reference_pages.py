@@ -66,7 +66,7 @@ def _page(name: str, value: object) -> str:
         )
     elif inspect.isroutine(value):
         directive, options = "autofunction", ""
-    elif isinstance(value, type(hertzlink.Length)):
+    elif isinstance(value, type(hertzlink.quantities.Length)):
         directive, options = "data", f"\n   {_first_line(value)}\n"
     else:
         directive, options = "autodata", "   :no-value:\n"
@@ -107,7 +107,7 @@ def _value(name: str) -> object:
 
 
 def _first_line(value: object) -> str:
-    if isinstance(value, type(hertzlink.Length)):
+    if isinstance(value, type(hertzlink.quantities.Length)):
         quantity = value.__metadata__[0]
         return f"An annotation: {quantity.noun} in {quantity.unit}; case files also take “{quantity.example}”."
     if (name := getattr(value, "name", None)) and not isinstance(value, type | ModuleType):

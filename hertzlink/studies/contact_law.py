@@ -41,7 +41,7 @@ FITS = {
 }  # fmt: skip
 
 
-def fitted(law: hl.ContactLaw, fit: str) -> PowerFit:
+def fitted(law: hl.laws.ContactLaw, fit: str) -> PowerFit:
     """Return the power law nearest to a law in a range of FITS."""
     ends = np.array(FITS[fit])
     lowest, highest = (law.approach(ends) if " N, " in fit else ends).tolist()

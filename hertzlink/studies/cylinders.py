@@ -27,7 +27,7 @@ UNTIL = 4e-4
 CASES = ("90°", "90°, gravity", "90°, printed masses", "0°")
 
 
-def tacit_law(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
+def tacit_law(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.laws.ContactLaw:
     """Return the law of `contact_law` without its warning: the table and the figures mark the limit of the theory."""
     if isinstance(first, hl.Cylinder) and isinstance(second, hl.Cylinder) and first.angle != second.angle:
         return hl.laws.PowerLaw(hl.theory.hertz_stiffness(first.surface, second.surface))

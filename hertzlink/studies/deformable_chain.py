@@ -33,7 +33,7 @@ LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a st
 MODELS, NAMES = ("point masses", "modes"), {"point masses": "point masses", "modes": "deformable beads"}
 
 
-def chain(beads: str, impact_speed: float, law: hl.ContactLaw | None = None) -> hl.Chain:
+def chain(beads: str, impact_speed: float, law: hl.laws.ContactLaw | None = None) -> hl.Chain:
     kind = hl.Chain if beads == "point masses" else hl.DeformableChain
     return kind([BEAD] * BEADS, BEAD, impact_speed, law=law)
 

@@ -35,7 +35,7 @@ def particle(ratio: float) -> hl.Sphere | hl.HollowSphere:
     return hl.HollowSphere(RADIUS, ratio * RADIUS, METAL) if ratio else hl.Sphere(RADIUS, METAL)
 
 
-def law_of(ratio: float) -> hl.ContactLaw:
+def law_of(ratio: float) -> hl.laws.ContactLaw:
     """Return the law of hertzlink: Hertz in series with Reissner's shell."""
     return hl.contact_law(particle(ratio), particle(ratio))
 

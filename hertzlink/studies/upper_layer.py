@@ -49,7 +49,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     def viscoelastic(share: float) -> hl.CoSimulation:
         loss = hl.damping.StandardLinearSolid(share, RELAXATION, "instantaneous")
-        body = hl.damped(hl.rod(layers(UPPERS[0], LOWER)), loss, part=1)
+        body = hl.damping.damped(hl.rod(layers(UPPERS[0], LOWER)), loss, part=1)
         return hl.CoSimulation(shared.chain(VISCOUS_DASHPOT), hl.reduce(body, shared.RECORD))
 
     uppers, solids = (UPPERS[::4], SOLID_UPPERS[::4]) if quick else (UPPERS, SOLID_UPPERS)

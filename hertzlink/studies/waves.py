@@ -81,7 +81,7 @@ class PowerFit(NamedTuple):
     exponent: float
 
 
-def power_fit(law: hl.ContactLaw, lowest: float, highest: float, relative: bool = True) -> PowerFit:
+def power_fit(law: hl.laws.ContactLaw, lowest: float, highest: float, relative: bool = True) -> PowerFit:
     """Return the power law nearest to a law between two approaches, m.
 
     relative: least squares of ln F at even steps of ln δ; otherwise of F at even steps of δ.
@@ -113,13 +113,13 @@ class Curve(NamedTuple):
     """
 
     pair: tuple[hl.Bead, hl.Bead]
-    law: hl.ContactLaw
+    law: hl.laws.ContactLaw
     speeds: Sequence[float]
     striker: hl.Bead | None = None
-    of_pair: LawOfPair | hl.ContactLaw | None = None
+    of_pair: LawOfPair | hl.laws.ContactLaw | None = None
 
 
-def striker_speeds(bead: hl.Bead, law: hl.ContactLaw, forces: Vector) -> list[float]:
+def striker_speeds(bead: hl.Bead, law: hl.laws.ContactLaw, forces: Vector) -> list[float]:
     """Return the speeds, m/s, of strikers like the beads for peak forces, N, by a power law: equations 6.12, 6.16.
 
     These are for long waves: in a Hertzian chain the force is 0.886 of theirs.

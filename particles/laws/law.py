@@ -31,7 +31,7 @@ class ContactLaw(ABC):
 
     Examples
     --------
-    >>> isinstance(hl.laws.PowerLaw(1e10), hl.ContactLaw)
+    >>> isinstance(hl.laws.PowerLaw(1e10), hl.laws.ContactLaw)
     True
     """
 

@@ -163,7 +163,9 @@ def test_what_was_not_kept_is_named() -> None:
 
 def test_materials_are_parameters() -> None:
     runs = hl.batch(
-        lambda material: hl.CoSimulation(chain(), hl.half_space(material)), until=1e-4, material=[hl.PTFE, hl.NYLON]
+        lambda material: hl.CoSimulation(chain(), hl.half_space(material)),
+        until=1e-4,
+        material=[hl.PTFE, hl.MATERIALS["nylon"]],
     )
     assert runs.material.values.tolist() == ["PTFE", "nylon"]
 

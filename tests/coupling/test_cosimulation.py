@@ -113,8 +113,10 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
 
 
 COUPLED = {
-    "an arm for each oscillator": hl.damped(hl.reduce(PLATE, until=6e-4), StandardLinearSolid(0.3, 2e-5)),
-    "arms on a layer": hl.reduce(hl.damped(STRUCTURES["layered rod"], StandardLinearSolid(0.3, 2e-5), 1), until=6e-4),
+    "an arm for each oscillator": hl.damping.damped(hl.reduce(PLATE, until=6e-4), StandardLinearSolid(0.3, 2e-5)),
+    "arms on a layer": hl.reduce(
+        hl.damping.damped(STRUCTURES["layered rod"], StandardLinearSolid(0.3, 2e-5), 1), until=6e-4
+    ),
     "absorbing base": hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"), until=6e-4),
     "not reduced": hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=12),
     "less damping of faster modes": hl.Structure(

@@ -79,7 +79,7 @@ AGREEMENT = {
     "tip on a spring in series": (chain(), TIP),
     "under gravity, with dashpots": (
         hl.Chain([BEAD] * 14, BEAD, 0.31, gravity=9.81, preload=0.5, dissipation=hl.LinearDashpot(5.0)),
-        hl.damped(ROD, Rayleigh(5e2, 1e-7)),
+        hl.damping.damped(ROD, Rayleigh(5e2, 1e-7)),
     ),
 }
 

@@ -182,7 +182,7 @@ def test_cases_estimate_the_error_of_a_run() -> None:
 
 FINER: dict[str, Callable[[], hl.Structure]] = {
     "rod": lambda: hl.rod([STEEL]),
-    "rod with damping": lambda: hl.damped(hl.rod([STEEL], elements=3), hl.damping.Rayleigh(10.0, 1e-7)),
+    "rod with damping": lambda: hl.damping.damped(hl.rod([STEEL], elements=3), hl.damping.Rayleigh(10.0, 1e-7)),
     "beam": lambda: hl.beam(0.5, 100.0, 1.0, hl.STEEL_316, at=0.2),
     "half-plane": lambda: hl.half_plane(3e-3, hl.ALUMINIUM_6061, "clamped", 0.02, UNTIL),
     "cylinder": lambda: hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 0.02, 9e-3)], cells=2),

@@ -14,10 +14,10 @@ from particles.moving import known_facts
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 2.5e-4
 ROD = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=3e-4)
-DAMPED = hl.damped(ROD, hl.damping.Modal(0.1 / 2))
+DAMPED = hl.damping.damped(ROD, hl.damping.Modal(0.1 / 2))
 
 
-class Soft(hl.ContactLaw):
+class Soft(hl.laws.ContactLaw):
     """A user's own law, which can change."""
 
     def __init__(self, stiffness: float) -> None:

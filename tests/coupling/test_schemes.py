@@ -16,7 +16,7 @@ from coupling.black_box import Trial, by_least_squares
 from structures.damping import Rayleigh
 
 FREE_ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="free", elements=8)
-DAMPED_ROD = hl.damped(STRUCTURES["rod"], Rayleigh(5e2, 1e-7))
+DAMPED_ROD = hl.damping.damped(STRUCTURES["rod"], Rayleigh(5e2, 1e-7))
 
 STRONG = {
     "condensed": hl.Condensed(),

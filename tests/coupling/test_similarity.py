@@ -14,6 +14,7 @@ import skfem
 import skfem.io.meshio
 
 import hertzlink as hl
+from hertzlink.damping import damped
 
 STEEL, PTFE, ALLOY = hl.STEEL_440C, hl.PTFE, hl.ALUMINIUM_6061
 CLAMPED = hl.Supports("clamped", "clamped", "clamped", "clamped")
@@ -56,8 +57,8 @@ def cube(n: float) -> hl.Structure:
 BUILDERS: dict[str, Callable[[float], Any]] = {
     "half-space": lambda n: hl.half_space(PTFE),
     "rod": lambda n: hl.rod(layers(n), elements=20),
-    "viscous rod": lambda n: hl.damped(hl.rod(layers(n), elements=12), hl.damping.StandardLinearSolid(0.4, 2e-5 * n)),
-    "damped rod": lambda n: hl.damped(hl.rod(layers(n), elements=20), hl.damping.Rayleigh(100.0 / n, 1e-7 * n)),
+    "viscous rod": lambda n: damped(hl.rod(layers(n), elements=12), hl.damping.StandardLinearSolid(0.4, 2e-5 * n)),
+    "damped rod": lambda n: damped(hl.rod(layers(n), elements=20), hl.damping.Rayleigh(100.0 / n, 1e-7 * n)),
     "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
     "solid": cube,
     "thin plate": rectangle,
@@ -175,7 +176,7 @@ def test_what_an_argument_says_stays_and_a_warning_says_how_wrong() -> None:
 
 def test_a_structure_is_made_once_for_short_contacts() -> None:
     """Damping and reduction are repeated, one structure with two contacts stays one, and large bodies are left."""
-    bar = hl.damped(hl.rod([hl.Layer(STEEL, 0.5, 9e-3)], base="contact"), hl.damping.Rayleigh(100.0))
+    bar = hl.damping.damped(hl.rod([hl.Layer(STEEL, 0.5, 9e-3)], base="contact"), hl.damping.Rayleigh(100.0))
     small = hl.reduce(bar, 1e-3)
     fine = small.for_contacts(4)
     assert fine is small.for_contacts(4) is fine.for_contacts(4) is not small is small.for_contacts(1)

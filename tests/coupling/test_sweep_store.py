@@ -213,7 +213,7 @@ def test_objects_are_told_apart() -> None:
         np.arange(3.0),
         np.arange(3),
         partial(build, hl.PTFE),
-        partial(build, hl.NYLON),
+        partial(build, hl.MATERIALS["nylon"]),
         hl.rod([hl.Layer(hl.PTFE, 0.1, 0.01)]),
     ]
     assert len({repr(identity(value)) for value in values}) == len(values)
@@ -269,7 +269,7 @@ def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: py
     before = named()
     assert named() == before
     changes = [
-        ("SPEED, TABLE, LEVELS = 0.3", "SPEED, TABLE, LEVELS = 0.31"), ("[hl.PTFE]", "[hl.NYLON]"),
+        ("SPEED, TABLE, LEVELS = 0.3", "SPEED, TABLE, LEVELS = 0.31"), ("[hl.PTFE]", "[hl.ACRYLIC]"),
         ("0.0, 1.0, 50", "0.0, 1.1, 50"), ("scale = 2.0", "scale = 2.1"), ("radius=1e-3", "radius=2e-3"),
         ("0.5 * number", "0.6 * number"), ("factory(1.0)", "factory(1.5)"), ("[bead] * 3", "[bead] * 4"),
     ]  # fmt: skip
@@ -294,7 +294,7 @@ def forces(run):
     return run[["contact_force"]]
 
 def run(jobs, store, radii=[1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3]):
-    materials = [hl.PTFE, hl.ACRYLIC, hl.NYLON, hl.MATERIALS["copper"], hl.STEEL_316]
+    materials = [hl.PTFE, hl.ACRYLIC, hl.MATERIALS["nylon"], hl.MATERIALS["copper"], hl.STEEL_316]
     return hl.sweep(build, 1e-4, jobs=jobs, store=store, measure=forces, material=materials, radius=radii)
 """
 

@@ -12,7 +12,7 @@ from independent.waves import arrives, dynamic
 COUNT = 200
 FAMILIES = ("two kinds", "three kinds", "tapered", "decorated", "hollow", "preloaded", "with losses")
 METALS = (hl.STEEL_440C, hl.STEEL_316, hl.BRASS_360, hl.ALUMINIUM_6061, hl.MATERIALS["copper"])
-POLYMERS = (hl.PTFE, hl.NYLON, hl.MATERIALS["polycarbonate"], hl.ACRYLIC)
+POLYMERS = (hl.PTFE, hl.MATERIALS["nylon"], hl.MATERIALS["polycarbonate"], hl.ACRYLIC)
 
 
 def chain_of(rng: np.random.Generator, family: str, scale: float = 1.0) -> hl.Chain:

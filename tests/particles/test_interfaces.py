@@ -19,7 +19,7 @@ def bead(mass: float = 1.0, modulus: float = 1.0) -> hl.Sphere:
     )
 
 
-def equal(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
+def equal(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.laws.ContactLaw:
     return hl.laws.PowerLaw(STIFFNESS)
 
 

@@ -114,7 +114,7 @@ def test_a_users_body_in_other_units_is_doubted(body: hl.Bead, message: str) -> 
 
 
 @dataclass(frozen=True)
-class OwnLaw(hl.ContactLaw):
+class OwnLaw(hl.laws.ContactLaw):
     """Hertz's law, as a user writes it: the force alone."""
 
     stiffness: float
@@ -136,7 +136,7 @@ def test_a_users_law_needs_its_force_only() -> None:
     assert runs[0].contact_force.values == pytest.approx(runs[1].contact_force.values, abs=1e-6 * scale)
 
 
-class Kinked(hl.ContactLaw):
+class Kinked(hl.laws.ContactLaw):
     """Two slopes, which no smooth table follows at the kink."""
 
     name = "kinked"
@@ -186,7 +186,7 @@ def test_a_users_loss_and_excitation_are_those_built_in() -> None:
     np.testing.assert_array_equal(own_force.values, force.values)
 
 
-class Changing(hl.ContactLaw):
+class Changing(hl.laws.ContactLaw):
     """A user's law that is no dataclass, and changes."""
 
     def __init__(self, *stiffness: float) -> None:

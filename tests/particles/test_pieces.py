@@ -49,7 +49,7 @@ class Cone(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Conical(hl.ContactLaw):
+class Conical(hl.laws.ContactLaw):
     stiffness: float
     piece = Cone
 
@@ -83,8 +83,8 @@ def test_a_users_pieces_run_as_those_built_in() -> None:
     """In one run: a cone's law between beads, a table at one contact, Hertz's law at the wall; a saturating loss."""
     small, table = hl.Sphere(3e-3, hl.BRASS_360), hl.laws.PowerLaw(2e8, 1.3)
 
-    def run(cone: hl.ContactLaw, loss: hl.Dissipation) -> Any:
-        def law(one: Any, other: Any) -> hl.ContactLaw:
+    def run(cone: hl.laws.ContactLaw, loss: hl.Dissipation) -> Any:
+        def law(one: Any, other: Any) -> hl.laws.ContactLaw:
             if isinstance(other, hl.Surface):
                 return hl.contact_law(one, other)
             return table if one is small else cone
@@ -107,7 +107,7 @@ def test_a_users_pieces_run_as_those_built_in() -> None:
     assert not any("table" in one for one in found.warnings.splitlines())
 
 
-def wrong_law(**members: Any) -> hl.ContactLaw:
+def wrong_law(**members: Any) -> hl.laws.ContactLaw:
     """Conical with other functions in its piece, or another piece."""
     if not {"force", "slope", "energy"} & set(members):
         return type("Own", (Conical,), members)(2e14)  # type: ignore[no-any-return]
@@ -128,7 +128,7 @@ def wrong_law(**members: Any) -> hl.ContactLaw:
         ),
     ],
 )
-def test_a_piece_that_contradicts_its_law_is_named(law: hl.ContactLaw, message: str) -> None:
+def test_a_piece_that_contradicts_its_law_is_named(law: hl.laws.ContactLaw, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.Chain([STEEL] * 3, STEEL, 0.3, law=law)
 

@@ -45,7 +45,7 @@ def frequencies(structure: hl.Structure, about: float, count: int) -> NDArray[np
 
 def test_free_cylinder_moves_along_its_axis_without_cost() -> None:
     """One mode of no energy, and its generalised mass 1/(bᵀφ)² is ρ π R² L."""
-    layers = [hl.Layer(hl.STEEL_440C, 0.03, 0.02), hl.Layer(hl.NYLON, 0.02, 0.02)]
+    layers = [hl.Layer(hl.STEEL_440C, 0.03, 0.02), hl.Layer(hl.MATERIALS["nylon"], 0.02, 0.02)]
     free = cylinder(layers, base="free", cells=2)
     square, modes = eigsh(free.stiffness, 2, free.mass, sigma=-1e6)
     order = np.argsort(square)

@@ -30,7 +30,7 @@ def dynamic_stiffness(structure: hl.Structure, omega: float) -> complex:
 def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
     """A mode decays with ζ = α/2ω + βω/2: its complex frequency is exact, and so is its motion in time."""
     mass_rate, time = 2000.0, 1e-6
-    damped = hl.damped(BAR, Rayleigh(mass_rate, time))
+    damped = hl.damping.damped(BAR, Rayleigh(mass_rate, time))
     square, shapes = eigh(BAR.stiffness.toarray(), BAR.mass.toarray())
     assert damped.damping is not None
     rates = shapes.T @ damped.damping.toarray() @ shapes
@@ -50,7 +50,7 @@ def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
 def test_modal_ratios_are_those_of_the_decay() -> None:
     """Slow oscillators move exactly: u = e^(−ζωt) cos(ω_d t − φ)/cos φ; a rigid motion is left free."""
     modes = hl.reduce(hl.rod(LAYERS, base="free"), until=1e-3)
-    damped = hl.damped(modes, Modal(0.05))
+    damped = hl.damping.damped(modes, Modal(0.05))
     assert damped.is_modal
     assert damped.damping is not None
     omega = np.sqrt(modes.stiffness.diagonal())
@@ -69,7 +69,7 @@ def test_modal_ratios_are_those_of_the_decay() -> None:
 def test_stress_relaxes_as_in_the_standard_linear_solid(modulus: str) -> None:
     """At constant strain: E (1 + g e^(−t/τ)), or from E to E (1 − g); the arms by the matrix exponential."""
     share, time = 0.6, 2e-5
-    damped = hl.damped(BAR, StandardLinearSolid(share, time, modulus=modulus))
+    damped = hl.damping.damped(BAR, StandardLinearSolid(share, time, modulus=modulus))
     arms = maxwell_arms(damped)
     assert arms is not None
     held = np.linalg.solve(BAR.stiffness.toarray(), BAR.contact) * STATIC_STIFFNESS  # 1 m at the contact
@@ -83,12 +83,16 @@ def test_stress_relaxes_as_in_the_standard_linear_solid(modulus: str) -> None:
 
 def test_each_layer_has_its_own_arm() -> None:
     """Layers in series: their compliances L/(E(ω)A) add."""
-    layers = [hl.Layer(hl.STEEL_440C, 0.01, 0.01), hl.Layer(hl.PTFE, 0.02, 0.01), hl.Layer(hl.NYLON, 0.03, 0.02)]
+    layers = [
+        hl.Layer(hl.STEEL_440C, 0.01, 0.01),
+        hl.Layer(hl.PTFE, 0.02, 0.01),
+        hl.Layer(hl.MATERIALS["nylon"], 0.03, 0.02),
+    ]
     rod, parts = hl.rod(layers), rod_parts(layers)
     assert abs(sum(parts[1:], parts[0]) - rod.stiffness).max() < 1e-12 * abs(rod.stiffness).max()
     given = {1: (0.5, 1e-5), 2: (2.0, 8e-5)}
     for layer, (share, time) in given.items():
-        rod = hl.damped(rod, StandardLinearSolid(share, time), layer)
+        rod = hl.damping.damped(rod, StandardLinearSolid(share, time), layer)
     for omega in (1e3, 1e5, 1e6):
         compliance = 0.0 + 0.0j
         for i, layer in enumerate(layers):
@@ -98,7 +102,11 @@ def test_each_layer_has_its_own_arm() -> None:
         assert dynamic_stiffness(rod, omega) == pytest.approx(1.0 / compliance, rel=1e-8)
 
 
-LAYERED = [hl.Layer(hl.STEEL_440C, 6e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3), hl.Layer(hl.NYLON, 9e-3, 9.5e-3)]
+LAYERED = [
+    hl.Layer(hl.STEEL_440C, 6e-3, 9.5e-3),
+    hl.Layer(hl.PTFE, 25e-3, 9.5e-3),
+    hl.Layer(hl.MATERIALS["nylon"], 9e-3, 9.5e-3),
+]
 
 
 def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
@@ -116,7 +124,7 @@ def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
 def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
     """As many arms as there are ways to stretch, and K with the arms relaxed is what it was."""
     rod = hl.rod(LAYERS, base=base)
-    arms = maxwell_arms(hl.damped(rod, StandardLinearSolid(0.5, 1e-5)))
+    arms = maxwell_arms(hl.damping.damped(rod, StandardLinearSolid(0.5, 1e-5)))
     assert arms is not None
     assert arms.coupling.shape == (rod.size - (base != "fixed"), rod.size)
     stretch = 0.5 * rod.stiffness
@@ -127,8 +135,8 @@ def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
 @pytest.mark.parametrize("base", ["fixed", "free"])
 def test_rayleigh_stays_diagonal_in_a_reduction(damp: Rayleigh, base: str) -> None:
     """So a reduced structure stays one of oscillators, whose rates are α + β ω² exactly."""
-    note = hl.damped(ROD, damp).origin["damping"][0]
-    reduced = hl.reduce(hl.damped(hl.rod(LAYERS, base=base), damp), until=1e-3)
+    note = hl.damping.damped(ROD, damp).origin["damping"][0]
+    reduced = hl.reduce(hl.damping.damped(hl.rod(LAYERS, base=base), damp), until=1e-3)
     assert reduced.is_modal
     assert reduced.damping is not None
     expected = note["mass_rate"] + note["stiffness_time"] * reduced.stiffness.diagonal()
@@ -136,16 +144,16 @@ def test_rayleigh_stays_diagonal_in_a_reduction(damp: Rayleigh, base: str) -> No
 
 
 DAMPED = {
-    "Rayleigh": hl.damped(ROD, Rayleigh(500.0, 1e-7)),
-    "arm on the PTFE": hl.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1),
-    "strong arm": hl.damped(ROD, StandardLinearSolid(3.0, 2e-5), 1),
-    "arms on both": hl.damped(
-        hl.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1),
+    "Rayleigh": hl.damping.damped(ROD, Rayleigh(500.0, 1e-7)),
+    "arm on the PTFE": hl.damping.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1),
+    "strong arm": hl.damping.damped(ROD, StandardLinearSolid(3.0, 2e-5), 1),
+    "arms on both": hl.damping.damped(
+        hl.damping.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1),
         StandardLinearSolid(0.1, 1e-5),
         0,
     ),
-    "one polymer": hl.damped(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), StandardLinearSolid(0.3, 3e-5)),
-    "absorbing": hl.damped(hl.rod(LAYERS[1:], base="absorbing"), StandardLinearSolid(0.3, 3e-5)),
+    "one polymer": hl.damping.damped(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), StandardLinearSolid(0.3, 3e-5)),
+    "absorbing": hl.damping.damped(hl.rod(LAYERS[1:], base="absorbing"), StandardLinearSolid(0.3, 3e-5)),
 }
 
 

@@ -25,7 +25,7 @@ def ours() -> list[Described]:
 def test_a_parameter_without_an_annotation_is_refused() -> None:
     """It would be checked by nothing, and a case could not give it."""
 
-    def block(side: hl.Length, material):  # type: ignore[no-untyped-def]
+    def block(side: hl.quantities.Length, material):  # type: ignore[no-untyped-def]
         return None
 
     with pytest.raises(
@@ -43,7 +43,7 @@ def test_all_kinds_are_different() -> None:
 class Part:
     """A part. With words."""
 
-    length: hl.Length
+    length: hl.quantities.Length
     ratio: Annotated[float, Quantity(low=0.5, high=2.0)] = 1.0
     form: Annotated[str, OneOf("round", "flat")] = "round"
     count: Annotated[int, Count(2)] = 3
@@ -115,7 +115,9 @@ def test_a_class_that_derives_without_the_decorator_is_checked_too() -> None:
 
 def test_a_function_notes_its_arguments_and_names_wrong_ones() -> None:
     @hl.described
-    def block(side: hl.Length, material: hl.Material, note: str = "", *, spring: float | None = None) -> hl.Structure:
+    def block(
+        side: hl.quantities.Length, material: hl.Material, note: str = "", *, spring: float | None = None
+    ) -> hl.Structure:
         return hl.Structure([[material.density * side**3]], [[0.0]], None, [1.0], 0.0, hl.Surface(material), {"n": 1})
 
     origin = block(0.02, material=hl.PTFE).origin

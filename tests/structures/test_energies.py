@@ -32,11 +32,11 @@ def shaken(
 
 
 DAMPED: dict[str, Callable[[], hl.Structure]] = {
-    "Rayleigh": lambda: hl.damped(ROD, Rayleigh(1e4, 1e-7)),
+    "Rayleigh": lambda: hl.damping.damped(ROD, Rayleigh(1e4, 1e-7)),
     "dashpot": lambda: hl.rod(LAYERS, base="absorbing", elements=6),
-    "arms": lambda: hl.damped(ROD, StandardLinearSolid(0.5, 1e-6)),
-    "modes": lambda: hl.damped(hl.reduce(ROD, until=1e-4, tolerance=1e-6), Modal(0.05)),
-    "overdamped modes": lambda: hl.damped(hl.reduce(ROD, until=1e-4, tolerance=1e-6), Modal(3.0)),
+    "arms": lambda: hl.damping.damped(ROD, StandardLinearSolid(0.5, 1e-6)),
+    "modes": lambda: hl.damping.damped(hl.reduce(ROD, until=1e-4, tolerance=1e-6), Modal(0.05)),
+    "overdamped modes": lambda: hl.damping.damped(hl.reduce(ROD, until=1e-4, tolerance=1e-6), Modal(3.0)),
     "coupled modes": lambda: hl.reduce(hl.rod(LAYERS, base="absorbing", elements=6), until=1e-4, tolerance=1e-6),
 }
 

@@ -167,11 +167,11 @@ def test_reduced_fields_are_those_of_the_full_structure() -> None:
     expected = known_field(full).von_mises(pressed(full))
     for reduced in (once, twice):
         assert abs(known_field(reduced).von_mises(pressed(reduced)) - expected).max() < 1e-3 * expected.max()
-    armed = hl.damped(once, hl.damping.StandardLinearSolid(0.2, 1e-5))
+    armed = hl.damping.damped(once, hl.damping.StandardLinearSolid(0.2, 1e-5))
     assert armed.size > once.size
     assert abs(known_field(armed).von_mises(pressed(armed)) - expected).max() < 1e-3 * expected.max()
     again = hl.reduce(
-        hl.damped(full, hl.damping.StandardLinearSolid(0.2, 1e-5)), until=5e-4, tolerance=1e-4, keep_field=True
+        hl.damping.damped(full, hl.damping.StandardLinearSolid(0.2, 1e-5)), until=5e-4, tolerance=1e-4, keep_field=True
     )
     assert known_field(again).size < again.size
     assert abs(known_field(again).von_mises(pressed(again)) - expected).max() < 1e-3 * expected.max()

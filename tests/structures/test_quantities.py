@@ -54,15 +54,15 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.beam(0.5, 300.0, 1500.0, STEEL, 0.2), r"beam mass_per_length = 1500: .* g/m\?"),
     (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is read as 250 kg, .* mean \S+ g\?"),
     (
-        lambda: hl.damped(hl.infinite_plate(2e-3, STEEL), hl.damping.Rayleigh(0.0, 5.0)),
+        lambda: hl.damping.damped(hl.infinite_plate(2e-3, STEEL), hl.damping.Rayleigh(0.0, 5.0)),
         r"Rayleigh stiffness_time = 5: .* µs or ms\?",
     ),
     (
-        lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(40.0, 1e-5)),
+        lambda: hl.damping.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(40.0, 1e-5)),
         r"StandardLinearSolid share = 40: is read as 40 times the modulus, .* mean \S+ %\?",
     ),
     (
-        lambda: hl.damped(hl.reduce(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 1e-4), hl.damping.Modal(2.0)),
+        lambda: hl.damping.damped(hl.reduce(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 1e-4), hl.damping.Modal(2.0)),
         r"Modal ratio = 2: is read as 2 times the critical damping, .* mean \S+ %\?",
     ),
 ]

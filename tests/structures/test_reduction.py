@@ -111,7 +111,7 @@ def test_an_equal_structure_is_reduced_once(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(made) == 1
     assert np.array_equal(again.contact, first.contact)
     assert again.origin == first.origin
-    damped = hl.damped(rod(), hl.damping.Rayleigh(1e3))
+    damped = hl.damping.damped(rod(), hl.damping.Rayleigh(1e3))
     others = [
         (rod(0.11), 3e-4, 1e-2), (rod(base="fixed"), 3e-4, 1e-2), (damped, 3e-4, 1e-2),
         (rod(), 2e-4, 1e-2), (rod(), 3e-4, 1e-3),

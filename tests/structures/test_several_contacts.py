@@ -57,8 +57,8 @@ def test_a_wave_runs_from_end_to_end_of_a_rod() -> None:
 
 DAMPED: dict[str, Callable[[hl.Structure], hl.Structure]] = {
     "undamped": lambda body: body,
-    "Rayleigh": lambda body: hl.damped(body, Rayleigh(1e3, 1e-7)),
-    "arms": lambda body: hl.damped(body, StandardLinearSolid(0.5, 1e-5)),
+    "Rayleigh": lambda body: hl.damping.damped(body, Rayleigh(1e3, 1e-7)),
+    "arms": lambda body: hl.damping.damped(body, StandardLinearSolid(0.5, 1e-5)),
     "dashpot": lambda body: replace(body, damping=sparse.diags_array(900.0 * abs(body.contact[:, 1]))),
 }
 
@@ -81,7 +81,7 @@ def test_two_contacts_are_the_sum_of_two_structures(damping: str) -> None:
 
 def test_compliance_is_what_forces_add_and_is_reciprocal() -> None:
     """Maxwell and Betti; and no pair of forces gains work."""
-    moving, window = hl.stepping.MovingStructure(hl.damped(ROD, Rayleigh(1e3, 1e-7))), 2e-7
+    moving, window = hl.stepping.MovingStructure(hl.damping.damped(ROD, Rayleigh(1e3, 1e-7))), 2e-7
     state, _ = moving.advance(moving.start(), np.array([1.0, -2.0]), window)
     found = moving.compliance(window)
     _, still = moving.advance(state, np.zeros(2), window)
@@ -100,7 +100,7 @@ def test_compliance_is_what_forces_add_and_is_reciprocal() -> None:
 def test_the_work_of_all_forces_is_the_energy(ends: list[int], window: float, seed: int) -> None:
     """Two to four contacts anywhere: Σ F̄ (w₁ − w₀) is what the midpoint gains and Rayleigh's damping takes."""
     columns = np.eye(ROD.size)[:, ends] * np.where(np.arange(len(ends)) % 2, -1.0, 1.0)
-    body = hl.damped(
+    body = hl.damping.damped(
         hl.Structure(ROD.mass, ROD.stiffness, None, columns, 0.0, hl.Surface(hl.PTFE)), Rayleigh(1e3, 1e-7)
     )
     moving = hl.stepping.MovingStructure(body)

@@ -162,7 +162,7 @@ def hexahedra(kind: str) -> meshio.Mesh:
 
 @pytest.mark.parametrize("kind", ["hexahedron20", "hexahedron27"])
 def test_hexahedra_with_midpoints(kind: str, recwarn: pytest.WarningsRecorder) -> None:
-    free = [solid(mesh, hl.NYLON, TOP, patch_radius=WIDE) for mesh in (hexahedra(kind), box("hexahedron"))]
+    free = [solid(mesh, hl.MATERIALS["nylon"], TOP, patch_radius=WIDE) for mesh in (hexahedra(kind), box("hexahedron"))]
     assert free[0].stiffness.trace() == pytest.approx(free[1].stiffness.trace(), rel=1e-9)
     dropped = [one for one in recwarn if "midpoints of hexahedron20 are dropped" in str(one.message)]
     assert bool(dropped) == (kind == "hexahedron20")
@@ -173,13 +173,13 @@ def test_round_faces_can_be_struck() -> None:
     mesh = box("hexahedron", cells=6)
     x, y, _ = mesh.points.T
     mesh.points[:, 2] *= 1.0 - ((x - TOP[0]) ** 2 + (y - TOP[1]) ** 2) / (2.0 * 0.03 * SIDE)
-    cap = solid(mesh, hl.NYLON, TOP, fixed="base", patch_radius=WIDE, curvature=1.0 / 0.03)
+    cap = solid(mesh, hl.MATERIALS["nylon"], TOP, fixed="base", patch_radius=WIDE, curvature=1.0 / 0.03)
     assert cap.origin["normal"] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
-    free = solid(mesh, hl.NYLON, (*TOP[:2], SIDE + 5e-4), patch_radius=WIDE)
+    free = solid(mesh, hl.MATERIALS["nylon"], (*TOP[:2], SIDE + 5e-4), patch_radius=WIDE)
     assert free.origin["contact"] == pytest.approx(TOP)
     assert free.contact @ rigid(mesh)[:, 2] == pytest.approx(-1.0)
     with pytest.raises(ValueError, match=r"lies 0\.001 m off the surface, whose nearest point is"):
-        solid(mesh, hl.NYLON, (*TOP[:2], SIDE + 1e-3), patch_radius=WIDE)
+        solid(mesh, hl.MATERIALS["nylon"], (*TOP[:2], SIDE + 1e-3), patch_radius=WIDE)
 
 
 @pytest.mark.parametrize(
@@ -205,7 +205,7 @@ def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
     mesh = box("hexahedron", cells=6)
     x, y, _ = mesh.points.T
     mesh.points[:, 2] *= 1.0 - (bent[0] * (x - TOP[0]) ** 2 + bent[1] * (y - TOP[1]) ** 2) / (2.0 * 0.03 * SIDE)
-    solid(mesh, hl.NYLON, TOP, patch_radius=WIDE, curvature=given)
+    solid(mesh, hl.MATERIALS["nylon"], TOP, patch_radius=WIDE, curvature=given)
     found = [str(one.message) for one in recwarn if "curvature" in str(one.message)]
     assert len(found) == (told is not None)
     assert all(
@@ -220,12 +220,12 @@ def test_one_number_may_be_a_solid_and_a_face() -> None:
     mesh.cell_sets = {}
     mesh.cell_data["gmsh:physical"] = [np.ones(750, dtype=int), np.repeat([1, 2], 50)]
     mesh.field_data = {"body": np.array([1, 3]), "base": np.array([1, 2]), "top": np.array([2, 2])}
-    found = solid(mesh, {"body": hl.NYLON}, TOP, fixed="base", patch_radius=WIDE)
-    assert found.size == solid(box(), hl.NYLON, TOP, fixed="base", patch_radius=WIDE).size
+    found = solid(mesh, {"body": hl.MATERIALS["nylon"]}, TOP, fixed="base", patch_radius=WIDE)
+    assert found.size == solid(box(), hl.MATERIALS["nylon"], TOP, fixed="base", patch_radius=WIDE).size
     with pytest.raises(ValueError, match="fixed = 'body': must be one of 1, 2, 'base', 'top', 'held'"):
-        solid(mesh, hl.NYLON, TOP, fixed="body", patch_radius=WIDE)
+        solid(mesh, hl.MATERIALS["nylon"], TOP, fixed="body", patch_radius=WIDE)
     with pytest.raises(ValueError, match="material = 'base': must be one of 1, 'body'"):
-        solid(mesh, {"base": hl.NYLON}, TOP, patch_radius=WIDE)
+        solid(mesh, {"base": hl.MATERIALS["nylon"]}, TOP, patch_radius=WIDE)
 
 
 TETRA, HEXA = box(), box("hexahedron")
@@ -275,16 +275,25 @@ def twice() -> meshio.Mesh:
 )
 def test_bad_meshes(mesh: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        solid(mesh, hl.NYLON, TOP, patch_radius=WIDE)
+        solid(mesh, hl.MATERIALS["nylon"], TOP, patch_radius=WIDE)
 
 
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
         ({"material": "nylon"}, "material = 'nylon': must be a Material, or a dictionary"),
-        ({"material": {"lower": hl.NYLON}}, "material: 400 of 750 cells have none; their tags are 'upper'"),
-        ({"material": {"lower": hl.NYLON, "uper": hl.NYLON}}, "material = 'uper': .*did you mean 'upper'"),
-        ({"material": {"lower": hl.NYLON, 7: hl.NYLON}}, "material = 7: must be one of 'lower', 'upper'"),
+        (
+            {"material": {"lower": hl.MATERIALS["nylon"]}},
+            "material: 400 of 750 cells have none; their tags are 'upper'",
+        ),
+        (
+            {"material": {"lower": hl.MATERIALS["nylon"], "uper": hl.MATERIALS["nylon"]}},
+            "material = 'uper': .*did you mean 'upper'",
+        ),
+        (
+            {"material": {"lower": hl.MATERIALS["nylon"], 7: hl.MATERIALS["nylon"]}},
+            "material = 7: must be one of 'lower', 'upper'",
+        ),
         ({"material": {"lower": "steel"}}, r"material\['lower'\] = 'steel': must be a Material"),
         ({"material": {}}, "material: 750 of 750 cells have none"),
         ({"fixed": "bas"}, "fixed = 'bas': must be one of .*did you mean 'base'"),
@@ -310,6 +319,6 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
     ],
 )
 def test_bad_solids(keywords: dict[str, Any], message: str) -> None:
-    given = {"material": hl.NYLON, "contact": TOP, "patch_radius": WIDE, **keywords}
+    given = {"material": hl.MATERIALS["nylon"], "contact": TOP, "patch_radius": WIDE, **keywords}
     with pytest.raises(ValueError, match=message):
         solid(TETRA, **given)

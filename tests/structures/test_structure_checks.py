@@ -62,7 +62,7 @@ def test_large_damping_is_examined_when_it_is_used() -> None:
     fine = hl.Structure(mass, line(600, 0.0), line(600, 0.0) * 1e-6, push, 0.0, STEEL)
     wrong = np.eye(3) + 0.9 * np.array([[0, 1, -1], [1, 0, 1], [-1, 1, 0]])
     damping = sparse.csr_array(sparse.block_diag([sparse.csr_array(wrong), sparse.eye_array(597)]))
-    for one in (fine, hl.damped(fine, hl.damping.Rayleigh(1.0))):
+    for one in (fine, hl.damping.damped(fine, hl.damping.Rayleigh(1.0))):
         hl.stepping.MovingStructure(one).step(1e-6)
     bad = hl.Structure(mass, line(600, 0.0), damping, push, 0.0, STEEL)
     with pytest.raises(ValueError, match=f"damping: {NO_NEGATIVE}, but has one of about -0.8 N s/m"):
@@ -77,7 +77,7 @@ def test_matrices_are_shared_by_those_who_are_given_them() -> None:
     )
     assert one.matrices is other.matrices is shared
     assert one.matrices.shifted_solve(1e4) is other.matrices.shifted_solve(1e4)
-    damped = hl.damped(one, hl.damping.Rayleigh(1.0, 1e-7))
+    damped = hl.damping.damped(one, hl.damping.Rayleigh(1.0, 1e-7))
     assert damped.matrices is shared
     stiffer = hl.Structure(MASS, 2.0 * SPRING, None, [0, 1], 0.0, STEEL, matrices=shared)  # type: ignore[arg-type]
     assert stiffer.matrices is not shared

@@ -132,27 +132,38 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             for bad in (np.eye(3), np.eye(6) + np.eye(6, k=1), -np.eye(6))
         ],
         # Damping
-        (lambda: hl.damped(BAR, Rayleigh(-1.0)), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
         (
-            lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1.0)), Rayleigh(0.0, 1.0)),
+            lambda: hl.damping.damped(BAR, Rayleigh(-1.0)),
+            r"mass_rate = -1\.0: must be zero or a positive number of 1/s",
+        ),
+        (
+            lambda: hl.damping.damped(hl.damping.damped(BAR, StandardLinearSolid(1.0, 1.0)), Rayleigh(0.0, 1.0)),
             "add Rayleigh before StandardLinearSolid",
         ),
-        (lambda: hl.damped(BAR, Modal(0.1)), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
         (
-            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="instantaneous")),
+            lambda: hl.damping.damped(BAR, Modal(0.1)),
+            r"structure: its 2 degrees of freedom are not modes .*; reduce it first",
+        ),
+        (
+            lambda: hl.damping.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="instantaneous")),
             r"share = 1\.0: must be below 1",
         ),
         (
-            lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1e-5)), StandardLinearSolid(1.0, 1e-5)),
+            lambda: hl.damping.damped(
+                hl.damping.damped(BAR, StandardLinearSolid(1.0, 1e-5)), StandardLinearSolid(1.0, 1e-5)
+            ),
             "part: the structure has Maxwell arms already",
         ),
-        (lambda: hl.damped(BAR, 0.1), r"damping = 0\.1: must be hl\.damping\.Rayleigh, Modal or"),
-        (lambda: hl.damped(BAR, Rayleigh(1.0), part=0), "part: only a StandardLinearSolid acts on a part"),
+        (lambda: hl.damping.damped(BAR, 0.1), r"damping = 0\.1: must be hl\.damping\.Rayleigh, Modal or"),
+        (lambda: hl.damping.damped(BAR, Rayleigh(1.0), part=0), "part: only a StandardLinearSolid acts on a part"),
         (
-            lambda: hl.damped(hl.reduce(BAR, 1e-3), StandardLinearSolid(1.0, 1e-5), part=0),
+            lambda: hl.damping.damped(hl.reduce(BAR, 1e-3), StandardLinearSolid(1.0, 1e-5), part=0),
             "this rod lost its field when it was reduced",
         ),
-        (lambda: hl.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9), "part = 9: must be .* at most 1"),
+        (
+            lambda: hl.damping.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9),
+            "part = 9: must be .* at most 1",
+        ),
         # Moving structures
         *[
             (
