@@ -167,8 +167,8 @@ def described_as(
         for name, parameter in inspect.signature(product).parameters.items():
             if parameter.annotation is parameter.empty:
                 raise ValueError(
-                    f"{target.__name__}: {name} has no annotation, must have one, such as {name}: Length or {name}: "
-                    "float, by which its arguments are checked"
+                    f"{target.__name__}: {name} has no annotation, must have one, such as {name}: float or "
+                    f"{name}: hl.quantities.Length, by which its arguments are checked"
                 )
         product.__described__ = Described(product, what, called, also)
         _ALL[target.__module__, target.__qualname__] = product.__described__

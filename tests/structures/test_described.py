@@ -29,7 +29,8 @@ def test_a_parameter_without_an_annotation_is_refused() -> None:
         return None
 
     with pytest.raises(
-        ValueError, match=r"block: material has no annotation, must have one, such as material: hl\.Length"
+        ValueError,
+        match=r"block: material has no annotation, must have one, such as material: float or material: hl\.quantities",
     ):
         hl.described(block)
 
