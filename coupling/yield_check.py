@@ -1,7 +1,7 @@
 """Yielding in a run with elastic contacts: how far the greatest force of a contact is beyond yield."""
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache, partial
+from functools import partial
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -13,7 +13,7 @@ from particles.deformable.deformable_chain import DeformableChain
 from particles.laws.yielding import JacksonGreen
 from particles.moving import MovingChain
 from structures.material import Material
-from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
+from structures.surface import hertz_pressure, relative_curvatures, yield_pressure
 
 SLIGHT = 1.12
 """The pressure of a contact, in units of that at which it yields, up to which no run is warned of: 1.4 times the force.
@@ -62,28 +62,24 @@ def _pressures(chain: MovingChain) -> np.ndarray:
     elastic = [None if beyond else pair for pair, beyond in zip(chain.pairs, yielding, strict=True)]
 
     def of(pair: Pair, _: int) -> tuple[float, float, float]:
+        surface, facing = surface_of(pair[0]), surface_of(pair[1])
+        limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
+        if limit == inf:
+            return UNKNOWN
+        try:
+            flat, sharp = relative_curvatures(surface, facing)
+        except ValueError:
+            return UNKNOWN  # bodies that conform have a law of the user's own
+        if flat > 1e-12 * sharp:
+            return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
         length = min((body.length for body in pair if isinstance(body, Cylinder)), default=inf)
-        return _yield_pressure(surface_of(pair[0]), surface_of(pair[1]), length)
+        return sqrt(contact_modulus(surface, facing) * sharp / (pi * length)), 0.5, limit
 
     return np.array([pressure or UNKNOWN for pressure in once_per_pair(elastic, of)]).T
 
 
-@lru_cache(maxsize=256)  # thousands of runs have the same beads
-def _yield_pressure(surface: Surface, facing: Surface, length: float) -> tuple[float, float, float]:
-    limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
-    if limit == inf:
-        return UNKNOWN
-    try:
-        flat, sharp = relative_curvatures(surface, facing)
-    except ValueError:
-        return UNKNOWN  # bodies that conform have a law of the user's own
-    if flat > 1e-12 * sharp:
-        return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
-    return sqrt(contact_modulus(surface, facing) * sharp / (pi * length)), 0.5, limit
-
-
 def _materials(chain: MovingChain, contact: int) -> list[Material]:
-    return [(side if isinstance(side, Surface) else side.surface).material for side in chain.pairs[contact] or ()]
+    return [surface_of(side).material for side in chain.pairs[contact] or ()]
 
 
 def _unknown_strengths(chain: MovingChain) -> Iterator[str]:

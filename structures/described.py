@@ -5,7 +5,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, is_dataclass
 from functools import cached_property, wraps
-from math import inf
 from types import NoneType, UnionType
 from typing import Annotated, Any, TypeVar, Union, dataclass_transform, get_args, get_origin, get_type_hints
 
@@ -95,23 +94,17 @@ class Described:
         """Whether it makes something anew; a function that changes a structure takes one."""
         return all(parameter.type is not self.makes for parameter in self.parameters.values())
 
-    @cached_property
-    def _usual(self) -> list[tuple[str, Any, Parameter, float, float]]:
-        """Name and default of each parameter, and the ends between which its numbers need no further look."""
-        ends = [one.quantity.usual if one.quantity else (inf, -inf) for one in self.parameters.values()]
-        return [(one.name, one.default, one, *usual) for one, usual in zip(self.parameters.values(), ends, strict=True)]
-
     def checked(self, values: Mapping[str, Any], owner: str) -> dict[str, Any]:
         """Return what checks change of the arguments: numbers become floats.
 
         A ValueError names the first argument that is wrong; then warnings say what is odd.
         """
         changed: dict[str, Any] = {}
-        for name, default, parameter, low, high in self._usual:
-            value = values.get(name, default)
-            if value is default or (type(value) is float and (low < value < high or value == default)):
-                continue
+        for name, parameter in self.parameters.items():
+            value = values.get(name, parameter.default)
             # A default that stands for something else, as None or infinity, is no value of the quantity.
+            if value is parameter.default or (type(value) is float and value == parameter.default):
+                continue
             if value is not None or not parameter.may_be_none:
                 changed[name] = parameter.checked(value)
         for name, value in changed.items():

@@ -5,12 +5,11 @@ The annotation of a parameter, `length: Length`, gives its check, its warning, i
 
 import re
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf, isnan, pi
 from typing import Annotated
 
 from structures.caution import caution
-from structures.checks import LARGEST, MOST, SMALLEST, one_of, positive, whole, within
+from structures.checks import MOST, one_of, positive, whole, within
 from structures.units import NUMBER, PARTS, spread_of
 
 PLAIN = str.maketrans({"²": "^2", "³": "^3"})
@@ -61,11 +60,6 @@ class Quantity:
     def unit_in_files(self) -> str:
         """The unit as case files spell it."""
         return self.unit.translate(PLAIN) if self.written is None else self.written
-
-    @cached_property
-    def usual(self) -> tuple[float, float]:
-        """Positive numbers between these are valid and probable. Most are, and need no further look."""
-        return max(self.low, self.likely[0], SMALLEST), min(self.high, self.likely[1], LARGEST)
 
     def check(self, name: str, value: float) -> float:
         """Return `value` as a float; raise a ValueError that names the argument where it is not valid."""
