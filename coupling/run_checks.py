@@ -11,6 +11,7 @@ from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
 from coupling.structure_checks import check_structures
 from coupling.yield_check import yields
+from particles.contacts import cautions
 from particles.kernels.drives import MOVED, PUSHED
 from particles.moving import MovingChain
 from structures.structure import Vector
@@ -85,7 +86,7 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
     motions = [motion_of(chain, part) for chain, part in zip(chains, of_chains, strict=True)]
     laws, found, times = list[str](), list[str](), interval * np.arange(frames.rows, dtype=float)
     for chain, motion in zip(chains, motions, strict=True):
-        remarks, deep = chain.cautions(motion.deepest)
+        remarks, deep = cautions(chain.pairs, chain.groups, motion.deepest)
         laws += remarks
         found += deep
     found += _of_energy(interface, frames)
@@ -101,7 +102,7 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
 def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
     """Return the findings on a chain that another program ran: contact forces, N, and work on the surface, J."""
     motion = Motion(contact_force.T, chain.approach(contact_force.max(axis=0)))
-    laws, deep = chain.cautions(motion.deepest)
+    laws, deep = cautions(chain.pairs, chain.groups, motion.deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep]
     if (back := -float(work.min())) > LARGE * chain.energy:
         findings.append(
@@ -148,21 +149,17 @@ def _of_record(chain: MovingChain, motion: Motion, times: Vector, where: str) ->
         return []
     last, middle = chain.mass.size - 1, (len(chain.chain.beads) + 1) // 2
     force = motion.force[middle] - chain.static_force[middle]
-    top, after, silent_from = float(force.max()), -1, times.size
+    top = max(float(force.max()), 0.0)
     begin = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0
     silent = begin + np.flatnonzero(force[begin:] < SILENT * top)
-    if silent.size:
-        silent_from = int(silent[0])
-    if top > 0.0:
-        after = int(np.flatnonzero(force > SILENT * top)[-1])
+    loud, passed, began = np.flatnonzero(force > SILENT * top), silent.size > 0, float(times[begin])
     # A wave is back where it is loud after it was silent.
-    if after >= silent_from:
+    if passed and loud.size and loud[-1] > silent[0]:
         return []
-    passed, began = silent_from < times.size, float(times[begin])
     # The wave is at mid chain when half of the way is behind it; before that, by theory.
     reached = began * last / middle if passed and begin else chain.transit_time
     push = motion.force[last] - chain.static_force[-1]
-    leaves = end_of_push(times, push, 0.05 * max(top, 0.0), reached + 3.0 * reached / last)
+    leaves = end_of_push(times, push, 0.05 * top, reached + 3.0 * reached / last)
     slower = SMALLEST_WAVE ** (-1.0 / 6.0)
     if times[-1] >= leaves + slower * (reached - began if passed else 0.5 * reached):
         return []

@@ -235,9 +235,6 @@ class MovingChain:
         """Return the force of each contact, N, at an approach of each, m, without losses and springs."""
         return self._over_contacts(lambda law, i: law.force(np.maximum(approach[i], 0.0)))
 
-    def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
-        return contacts.cautions(self.pairs, self.groups, deepest)
-
     @property
     def dead_load(self) -> float:
         """What presses on the first bead where nothing there bears the preload, N."""
@@ -279,10 +276,6 @@ class MovingChain:
         """Return where the bodies' poles are, of the struck side and the other, saved times × bodies, m."""
         places = position[:, : self.mass.size]
         return places, places
-
-    def dents(self, position: Vector) -> Vector:
-        """Return the dents of contacts that yield, saved times × contacts, m."""
-        return position[:, 3 * self.mass.size :]
 
     @cached_property
     def energy(self) -> float:

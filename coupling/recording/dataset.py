@@ -114,7 +114,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
             "vibration_amplitude": chain.amplitudes(of_chain.position),
         }
     if chain.yielding is not None:
-        deformed = {"dent": chain.dents(of_chain.position)}
+        deformed = {"dent": of_chain.position[:, 3 * bodies :]}  # the last of what contacts remember
     return {
         **deformed,
         "displacement": of_chain.position[:, :bodies] - chain.rest[:bodies],
