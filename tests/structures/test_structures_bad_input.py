@@ -178,7 +178,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ],
         # Theory of layers
         (lambda: theory.contact_time(M, K, 0.0), "^speed = 0.0: must be a positive number of m/s"),
-        (lambda: theory.amplitude_ratio(1.01), "^restitution = 1.01: must lie between 0 and 1"),
+        (lambda: theory.time_of_flight(13, 1.0, 1.0, 1.0, 1.0, 1.01), "^restitution = 1.01: must lie between 0 and 1"),
         (lambda: theory.restitution(M, M), "^upper_mass = .*: must be greater than mass = "),
         (lambda: theory.restitution(1.0, np.array([3.0, 0.5])), r"^upper_mass = 0\.5: must be greater than mass"),
         (lambda: theory.secondary_delay(1.0, 0.0, 0.0), "^lower_stiffness = 0.0: must be a positive number of N/m"),
