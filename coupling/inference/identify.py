@@ -117,7 +117,7 @@ def identify(
     prediction = Prediction(modes or build, wanted, [sensor.bead for sensor in measured.sensors], length)
     _check_times(measured, prediction)
     lines = [k for k, unknown in enumerate(wanted) if unknown.name not in names] or list(range(len(wanted)))
-    search = Search(Misfit(prediction, measured, names, length), whole("seed", seed, 0), start, lines)
+    search = Search(Misfit(prediction, measured, names), whole("seed", seed, 0), start, lines)
     inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed}
     if "sensor_force" in signal:
         conditioning = str(signal.attrs.get("conditioning", "")).splitlines()

@@ -163,7 +163,7 @@ class Design:
             Sensor(bead, np.interp(time, self.prediction.time, trace), noise * max(float(trace.max()), 1e-300))
             for bead, trace in zip(beads, self.prediction.trace(self.places), strict=True)
         ]
-        self.misfit = Misfit(self.prediction, Measured(time, rows), {OFFSET} & {*self.nuisances}, until)
+        self.misfit = Misfit(self.prediction, Measured(time, rows), {OFFSET} & {*self.nuisances})
 
     def waveform(self, steps: Vector | float = 1e-3) -> xr.DataArray:
         """Return the derivatives of all samples, sensor × time × parameter; of the unknowns over twice these steps."""

@@ -63,10 +63,10 @@ class Point(NamedTuple):
 
 
 class Misfit:
-    """Compares predictions with a measured signal, up to `until` s after the impact."""
+    """Compares predictions with a measured signal."""
 
-    def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str], until: float) -> None:
-        self.prediction, self.until, self.unit = prediction, until, prediction.contact_time
+    def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str]) -> None:
+        self.prediction, self.until, self.unit = prediction, prediction.until, prediction.contact_time
         self.free = [name for name in OF_SENSORS if name in nuisances]
         self.count(measured)
 

@@ -67,13 +67,8 @@ class NumericalError(Printed):
     warnings: list[str] = field(default_factory=list)
 
     @property
-    def sums(self) -> dict[str, float]:
-        """The sums of the errors of all sources, by measure; what is not estimated counts as zero."""
-        return {name: float(np.nansum(self._errors(name))) for name in self.values}
-
-    @property
     def margins(self) -> dict[str, float]:
-        """The roots of the sums of their squares, by measure; the least error where a source is not estimated."""
+        """The root of the sum of their squares, for each measure; the least error where a source is not estimated."""
         return {name: float(np.nansum(self._errors(name) ** 2) ** 0.5) for name in self.values}
 
     def _errors(self, name: str) -> Vector:
@@ -87,10 +82,10 @@ class NumericalError(Printed):
         return run.assign_attrs({NUMERICAL_ERROR: json.dumps(noted)})
 
     def __str__(self) -> str:
-        rows = [(f"bead {self.sensor}", "value", "±", *self.parts, "sum")]
+        rows = [(f"bead {self.sensor}", "value", "±", *self.parts)]
         for name, value in self.values.items():
             label, unit, _ = MEASURES[name]
-            errors = [*self._errors(name), self.sums[name]]
+            errors = self._errors(name)
             shown = ["unknown" if isnan(error) else f"{error / unit:+.2g}" if error else "0" for error in errors]
             sign = "≥" if np.isnan(errors).any() else "±"
             rows.append((label, f"{value / unit:.7g}", f"{sign} {self.margins[name] / unit:.2g}", *shown))

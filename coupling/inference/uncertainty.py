@@ -1,6 +1,7 @@
 """Uncertainty budgets: what the uncertainties of parameters do to AR and TOF (JCGM 100:2008 and 101:2008)."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, sqrt
@@ -135,23 +136,21 @@ def uncertainty(
     check_build(build, spreads, names="parameters")
     inputs = dict[str, tuple[float, float]]()
     for name, spread in spreads.items():
+        default = signature(build).parameters[name].default
         if isinstance(spread, tuple):
             inputs[name] = spread
-            continue
-        default = signature(build).parameters[name].default
-        if default is Parameter.empty:
+        elif default is Parameter.empty:
             raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
-        centre = finite(name, default)
-        inputs[name] = centre, standard_uncertainty(name, spread, centre)
+        else:
+            centre = finite(name, default)
+            inputs[name] = centre, standard_uncertainty(name, spread, centre)
 
-    # The law of propagation.
-    of_sensor, (centres, deviations) = waves_at([sensor]), np.array([*inputs.values()]).T
-    values = dict(zip(inputs, centres.tolist(), strict=True))
+    centres, deviations = np.array([*inputs.values()]).T
+    of_sensor, values = waves_at([sensor]), dict(zip(inputs, centres.tolist(), strict=True))
     read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
     run = sensitivities(build, until, [sensor], measure=read, **values)
-    names = [
-        str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in ("contact_force", "velocity")
-    ]
+    given = ("contact_force", "velocity")
+    names = [str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in given]
     value, standard = dict[str, float](), dict[str, float]()
     shares: dict[str, dict[str, float]] = {name: {} for name in inputs}
     for name in names:
@@ -185,23 +184,28 @@ def uncertainty(
     if draws:
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, budget.warnings)]
         budget.samples.update({name: tables[name].values for name in names})
-    for name in (name for name in names if name not in lacking):
-        drawn = tables[name].values
-        there = drawn[np.isfinite(drawn)]
-        if there.size < drawn.size:
-            runs = "sampled runs" if draws else "runs at the ends of the uncertainties"
-            said.append(f"{name}: {drawn.size - there.size} of {drawn.size} {runs} failed, or have no such wave")
-        if draws and there.size > 1:
-            budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
-        moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
-        # Sampled runs may differ by 5 % and two standard errors; a smaller part of a measure is a numerical error.
-        limit = 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
-        if abs(moved - standard[name]) > limit * max(standard[name], 1e-4 * abs(value[name])):
-            said.append(
-                f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
-                f"uncertainty {readable(moved, units[name], 2)}, and the derivatives "
-                f"{readable(standard[name], units[name], 2)}"
-            )
+    said += [
+        line for name in names if isfinite(value[name]) for line in _moved(budget, name, tables[name].values, draws)
+    ]
     warn(said)
     budget.warnings.extend(said)
     return budget
+
+
+def _moved(budget: Uncertainty, name: str, drawn: Vector, draws: int) -> Iterator[str]:
+    """Yield what runs over the uncertainties show of a measure, beside its derivatives. draws: how many were drawn."""
+    there = drawn[np.isfinite(drawn)]
+    if there.size < drawn.size:
+        runs = "sampled runs" if draws else "runs at the ends of the uncertainties"
+        yield f"{name}: {drawn.size - there.size} of {drawn.size} {runs} failed, or have no such wave"
+    if draws and there.size > 1:
+        budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
+    moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
+    # Sampled runs may differ by 5 % and two standard errors; a smaller part of a measure is a numerical error.
+    standard, limit = budget.standard[name], 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
+    if abs(moved - standard) > limit * max(standard, 1e-4 * abs(budget.value[name])):
+        both = [readable(size, budget.units[name], 2) for size in (moved, standard)]
+        yield (
+            f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
+            f"uncertainty {both[0]}, and the derivatives {both[1]}"
+        )

@@ -3,7 +3,7 @@
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from typing import Any
@@ -99,30 +99,25 @@ def run_points(
     many neighbours run in one process, one after the other. Raises RuntimeError if a process dies.
     """
     groups = [points[begin : begin + together] for begin in range(0, len(points), together)]
+    ends: Iterable[list[Outcome]] = map(task.outcomes, groups)
     outcomes: list[Outcome] = []
-    with progress(len(points), label) as bar:
-        for group in _in_parallel(task, groups, jobs):
-            outcomes += group
-            bar.update(len(group))
-    return outcomes
-
-
-def _in_parallel(task: Task, groups: Sequence[Sequence[Point]], jobs: int | None) -> Iterator[list[Outcome]]:
-    """Yield the outcomes of each group, in their order."""
-    if jobs == 1 or len(groups) == 1:
-        yield from map(task.outcomes, groups)
-        return
-    compiling.announce()
     try:
-        parallel = joblib.Parallel(
-            jobs or -1, return_as="generator", batch_size=1, initializer=_begin, initargs=(os.getpid(),)
-        )
-        yield from parallel(joblib.delayed(task.outcomes)(group) for group in groups)
+        if jobs != 1 and len(groups) > 1:
+            compiling.announce()
+            parallel = joblib.Parallel(
+                jobs or -1, return_as="generator", batch_size=1, initializer=_begin, initargs=(os.getpid(),)
+            )
+            ends = parallel(joblib.delayed(task.outcomes)(group) for group in groups)
+        with progress(len(points), label) as bar:
+            for group in ends:
+                outcomes += group
+                bar.update(len(group))
     except BrokenProcessPool as error:
         raise RuntimeError(
             "a process ended before its work was done: perhaps memory ran out, or it cannot load the function; jobs=1 "
             "shows more, and with store= finished points stay"
         ) from error
+    return outcomes
 
 
 def _begin(owner: int) -> None:
