@@ -168,9 +168,7 @@ def as_text(rows: Sequence[Sequence[str]], notes: Sequence[str], are_numbers: bo
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = list[str]()
     for row in rows:
-        cells = [row[0].ljust(widths[0])]
-        for cell, width in zip(row[1:], widths[1:], strict=True):
-            cells.append(cell.rjust(width) if are_numbers else cell.ljust(width))
+        cells = [cell.rjust(widths[k]) if k and are_numbers else cell.ljust(widths[k]) for k, cell in enumerate(row)]
         lines.append("  ".join(cells).rstrip())
     return "\n".join([*lines, *(fill(note, LINE, subsequent_indent="  ") for note in notes)])
 

@@ -52,8 +52,9 @@ def interval_of(
     correlated = abs(covariance[k] / (root * root[k]))
     correlated[k] = 0.0
     ridge = covariance[k] / covariance[k, k]
-    # Where χ² rises much as its curvature predicts, its root is nearly straight, and the rise moves the ends: within a
-    # twentieth of the half-width of those of the profile where it rises more, and up to a fifth outside where less.
+    # Where χ² rises much as its curvature predicts, its root is nearly straight, and the rise moves the ends. In fits
+    # of eight unknowns these ends are those of the profile within a twentieth of the half-width where χ² rises more
+    # than predicted; where it rises less, they lie up to a fifth outside.
     rises = []
     if half < min(0.1, place, 1.0 - place) and correlated.max() < 0.98:
         line = [np.clip(best.places + side * half * ridge, 0.0, 1.0) for side in (-1.0, 1.0)]
