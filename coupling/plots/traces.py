@@ -199,9 +199,7 @@ def sensors_of(reading: Reading, sensors: Any) -> list[int]:
             return [int(number) for number in reading.data.sensor.values]
         reading.dynamic_force()
         return [max(1, min(reading.beads) // 2)]
-    if isinstance(sensors, Iterable) and not isinstance(sensors, str | bytes) and getattr(sensors, "ndim", 1) != 0:
-        numbers = list(dict.fromkeys(whole("sensors", number) for number in sensors))
-        if not numbers:
-            raise ValueError("sensors = []: must name at least one bead")
-        return numbers
-    return [whole("sensors", sensors)]
+    given = [sensors] if np.ndim(sensors) == 0 else list(sensors)
+    if not given:
+        raise ValueError("sensors = []: must name at least one bead")
+    return list(dict.fromkeys(whole("sensors", number) for number in given))
