@@ -2,7 +2,6 @@
 
 from math import prod
 
-from coupling.participant import CheckedParticipant
 from hertzlink.cases.tasks import Task
 from structures.caution import collected
 from structures.checks import count_of
@@ -30,11 +29,12 @@ def outlook(task: Task) -> str:
     for axis in task.axes:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
         lines.append(f"  {axis.head}: {count_of(len(axis.values), 'value')}, {ends[0]} to {ends[1]}")
-    chains, structures = simulation.interface.chains, simulation.interface.structures
-    bodies = {"chain": [repr(one.chain) for one in chains], "structure": [_structure(one) for one in structures]}
+    chains = simulation.interface.chains
+    bodies = [one for one in simulation.interface.structures if isinstance(one, MovingStructure)]
+    parts = {"chain": [repr(one.chain) for one in chains], "structure": [_structure(one) for one in bodies]}
     if all(one.surface is None for one in chains):
-        bodies["structure"] = ["nothing: the last bead flies off"]
-    for word, texts in bodies.items():
+        parts["structure"] = ["nothing: the last bead flies off"]
+    for word, texts in parts.items():
         lines += [f"{word}{f' {i}' if len(texts) > 1 else ''}: {text}" for i, text in enumerate(texts)]
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
@@ -51,10 +51,8 @@ def outlook(task: Task) -> str:
     return "\n".join([*lines, *(f"warning: {warning}" for warning in said)])
 
 
-def _structure(moving: MovingStructure | CheckedParticipant) -> str:
+def _structure(moving: MovingStructure) -> str:
     """Return a structure in a few words."""
-    if isinstance(moving, CheckedParticipant):
-        return "a structure of your own"
     size, origin = moving.structure.size, moving.structure.origin
     kind, unknowns = origin.get("kind", "of your own"), f", {count_of(size, 'unknown')}" if size else ""
     if "reduction" in origin:
