@@ -46,7 +46,7 @@ def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> R
     zeros = max(head[::2].count(0), head[1::2].count(0))
     is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
     controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
-    if kind == "a binary file" and controls <= (1.2 * zeros if is_utf_16 else 0.02 * len(head)):
+    if kind == "a binary file" and controls <= max(0.02 * len(head), 1.2 * zeros * is_utf_16):
         if path.stat().st_size > MOST_BYTES:
             raise ValueError(f"{path}: is a text of more than {MOST_BYTES:.2g} bytes; cut it, or save arrays (.npz)")
         kind, reader = "a text", Path.read_bytes

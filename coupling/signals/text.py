@@ -33,7 +33,7 @@ CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 
 
 def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampling: Sampling) -> Recording:
-    """Return columns of a text, None for all that hold no times. A ValueError names the line and the way out."""
+    """Return columns of a text, by default all that hold no times. A ValueError names the line and the way out."""
     text = decoded(content).translate(TYPESET).replace("\r\n", "\n").replace("\r", "\n")
     lines = pd.Series(text.split("\n"))
     lines.index += 1  # the numbers of the lines in the file
@@ -50,7 +50,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
     delimiter, decimal = form_of(path, closed, wanted)
     cells = split(path, closed, delimiter)
     filled = np.flatnonzero((cells.iloc[len(cells) // 3 :] != "").mean() > 0.5)
-    width = 1 + max([*wanted, *filled])
+    width = 1 + max([*wanted, *filled], default=0)
     numbers = pd.DataFrame({column: numbers_in(cells[column], decimal) for column in range(width)})
     for column in numbers:
         if numbers[column].isna().mean() > 0.5 and cells[column].str.contains(CLOCK).mean() > 0.5:
