@@ -274,7 +274,7 @@ def _structures() -> dict[str, Target]:
             lambda modal: push(modal.at(0.045, 0.05, 3e-3)),
         ),
         "ContactPoint": Target(hl.ContactPoint, {"structure": PLATE.at([0.05, 0.07], [0.02, 0.03]), "number": 1}),
-        "damped": Target(
+        "damping.damped": Target(
             hl.damping.damped,
             {"structure": ROD, "damping": damping.StandardLinearSolid(0.1, 5e-6), "part": 1},
             push,

@@ -34,7 +34,7 @@ ROOMS = ("theory.", "Sphere", "HollowSphere", "Cylinder")
 
 ELSEWHERE = {  # and plots, whose tests have tables of bad calls
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
-    *("Bead", "ContactLaw", "Dissipation", "Excitation", "damping.Viscous"),
+    *("Bead", "laws.ContactLaw", "Dissipation", "Excitation", "damping.Viscous"),
     "stepping.StructureState",
     "laws.YieldingLaw",
     *("HertzlinkWarning", "NotConverged"),
