@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.results.sensor_trace import clipped_samples, interpolated_over_gaps, noise_level, resolution
+from coupling.results.sensor_trace import clipped_samples, interpolated_over_gaps, is_inverted, noise_level, resolution
 from coupling.signals.conditioning import lead_of, mains_hum
 from coupling.signals.files import opened, sampled
 from coupling.signals.recordings import Sampling
@@ -52,11 +52,12 @@ def overview(path: Path, interval: float | None = None, segment: int | None = No
         try:
             time, values, unit, said = sampled(path, recording, column, sampling, f"column {column}")
         except ValueError as error:
-            refused[column] = str(error).removeprefix(f"{path}: ")
+            refused[column] = str(error).removeprefix(str(path)).lstrip(":, ")
             continue
         notes += said
         filled, missing = interpolated_over_gaps(values), int((~np.isfinite(values)).sum())
-        step, white, lead = resolution(values[np.isfinite(values)]), noise_level(filled), lead_of(filled)
+        step, white = resolution(values[np.isfinite(values)]), noise_level(filled)
+        lead = lead_of(-filled if is_inverted(filled) else filled)
         quiet = float(np.median(filled[:lead] if lead else filled))
         clipped = int(clipped_samples(time, values, quiet, step, white)[0].sum()) - missing
         noise = float(filled[:lead].std(ddof=1)) if lead > 1 else white

@@ -73,9 +73,9 @@ class Store:
                 data = xr.load_dataset(path, engine="h5netcdf")
         except FileNotFoundError:
             return None
-        except PermissionError as error:
-            raise ValueError(f"store: {path} cannot be read ({error.strerror})") from error
         except (OSError, ValueError, LookupError) as error:
+            if reason := getattr(error, "strerror", None):  # of the system, not of what the file holds
+                raise ValueError(f"store: {path} cannot be read ({reason})") from error
             raise ValueError(f"store: {path} is damaged ({error}); delete it, and its point is run again") from error
         failure = data.attrs.pop("failure", None)
         return Failure(*failure) if failure is not None else data

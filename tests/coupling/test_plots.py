@@ -252,6 +252,10 @@ STRUCTURES: dict[str, tuple[Callable[[], Any], str]] = {
         lambda: hl.beam(0.3, 20.0, 0.8, hl.STEEL_440C, 0.1),
         "beam of steel 440C, 300 mm long, struck at 100 mm; thickness of a rectangular section",
     ),
+    "laminate": (
+        lambda: hl.infinite_plate(None, hl.Laminate([hl.Ply(hl.PTFE, 1e-3), hl.Ply(hl.NYLON, 2e-3)])),
+        "infinite plate, 3 mm of PTFE, nylon",
+    ),
     "infinite plate": (lambda: hl.infinite_plate(2e-3, hl.PTFE), "contact; the plate continues beyond the picture"),
     "own": (
         lambda: hl.Structure([[1.0]], [[1e7]], None, [1.0], 0.0, hl.Surface(hl.PTFE)),

@@ -14,6 +14,7 @@ import scipy.io
 from command import ended
 
 import hertzlink as hl
+from coupling.signals.overview import overview
 
 STEP, START = 5e-7, -1e-4
 TIME = START + STEP * np.arange(1200)
@@ -136,6 +137,8 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert re.match(r" +1  A +-2\d(\.\d)? mV +1 V +1 mV +1[34]\.\d mV  50 Hz (19\.9|20|20\.1) mV$", lines[2])
     assert f"{int((volts == 1.0).sum())} samples are clipped" in lines[3]
     assert lines[4].endswith("as much as white noise would: hum or drift")
+    scipy.io.savemat(tmp_path / "turned.mat", {"A": noise - pulse, "Tinterval": 1e-6, "Tstart": 0.0})
+    assert overview(tmp_path / "turned.mat").looks[0].lead > 0.02
     assert (tmp_path / "a.png").stat().st_size > 5_000
     np.savetxt(tmp_path / "ms.csv", np.c_[1e3 * time, volts], delimiter=",")
     assert ended("signal", str(tmp_path / "ms.csv"), "--picture", str(tmp_path / "a.png")) == 0

@@ -166,14 +166,17 @@ def test_a_damaged_file_is_named_and_left(tmp_path: Path, cut: bool) -> None:
     assert path.read_bytes() == broken
 
 
-def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("error", [PermissionError(13, "Permission denied"), OSError(5, "Input/output error")])
+def test_a_file_that_may_not_be_read_is_not_called_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError
+) -> None:
     swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
 
     def refused(self: Path, mode: str) -> None:
-        raise PermissionError(13, "Permission denied")
+        raise error
 
     monkeypatch.setattr(Path, "open", refused)
-    with pytest.raises(ValueError, match=r"cannot be read \(Permission denied\)"):
+    with pytest.raises(ValueError, match=rf"cannot be read \({error.strerror}\)"):
         swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
 
 
