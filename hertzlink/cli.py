@@ -251,7 +251,7 @@ def map_of_case(
     [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
     from which the same command continues; answers of points that did not fail stay there until all points have one.
     """
-    from hertzlink.cases.maps import grid_of, map_of
+    from hertzlink.cases.identification import grid_of, map_of
 
     folder = output or Path(f"{Path(name).stem}-map")
     parts = folder.with_name(f"{folder.name}.parts")

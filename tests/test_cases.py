@@ -24,8 +24,7 @@ from coupling.results.provenance import as_text
 from hertzlink.cases import Fault, as_toml, line_of, parsed, written
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.forms import example_of
-from hertzlink.cases.identification import question_of
-from hertzlink.cases.maps import grid_of
+from hertzlink.cases.identification import grid_of, question_of
 from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
 from hertzlink.cases.sweeps import budget_of
