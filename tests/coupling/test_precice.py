@@ -388,36 +388,20 @@ def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
         ({"positions": [(0.0, 1.0)]}, r"positions\[0\] = \(0.0, 1.0\): must hold 3 numbers"),
         ({"direction": (0, 0, -1)}, r"direction = \(0, 0, -1\): must be None, since displacement and force"),
         ({"window": 0.0}, "window = 0.0: must be a positive number"),
+        ({"sizes": (3, 3)}, "direction = None: must be given for data that are vectors, as 3 numbers"),
+        ({"sizes": (3, 3), "direction": (0.0, 1.0)}, r"direction = \(0.0, 1.0\): must hold 3 numbers"),
+        ({"sizes": (3, 3), "direction": (0.0, 0.0, 0.0)}, r"direction = .*: must not be zero"),
+        ({"sizes": (3, 3), "direction": (0.0, np.nan, 0.0)}, "direction = nan: must be a finite number"),
     ],
 )
 def test_bad_input(double: type[Double], configuration: Path, changed: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"body": CHAIN, "surface": SURFACE, "configuration": configuration, **changed}
+    double.sizes = given.pop("sizes", (1, 1))
     with pytest.raises(ValueError, match=message):
         hl.run_in_precice(**given)
-    check_ended(double)
-
-
-def check_ended(double: type[Double]) -> None:
-    """A partner that waits for the connection gets it, and then its end."""
-    if hasattr(double, "latest"):
+    if hasattr(double, "latest"):  # a partner that waits for the connection gets it, and then its end
         assert double.latest.calls[-2:] == ["initialize", "finalize"]
         assert double.latest.state == "finalized"
-
-
-@pytest.mark.parametrize(
-    ("direction", "message"),
-    [
-        (None, "direction = None: must be given for data that are vectors, as 3 numbers"),
-        ((0.0, 1.0), r"direction = \(0.0, 1.0\): must hold 3 numbers"),
-        ((0.0, 0.0, 0.0), r"direction = .*: must not be zero"),
-        ((0.0, np.nan, 0.0), "direction = nan: must be a finite number"),
-    ],
-)
-def test_bad_direction(double: type[Double], configuration: Path, direction: Any, message: str) -> None:
-    double.sizes = (3, 3)
-    with pytest.raises(ValueError, match=message):
-        hl.run_in_precice(CHAIN, configuration, SURFACE, direction=direction)
-    check_ended(double)
 
 
 def test_missing_and_old_bindings_are_named(monkeypatch: pytest.MonkeyPatch, configuration: Path) -> None:
