@@ -93,23 +93,6 @@ def test_bad_calls_of_cheap_functions(data: Any) -> None:
     bad_call(data, [*CHEAP])
 
 
-def test_extreme_values_of_each_number_of_closed_forms() -> None:
-    """Each of `fuzz.extremes` in place of each number; `python tests/fuzz.py every` tries the whole API."""
-    table = {name: one for name, one in targets().items() if name in CHEAP or name.startswith(ROOMS)}
-    faults = [
-        (*call, fault) for call in fuzz.every(table) if (fault := fuzz.attempt(table[call[0]], call[1], parameters()))
-    ]
-    assert faults == []
-
-
-def test_numbers_are_seen_in_signatures() -> None:
-    """Those that a good call leaves out, too: of a type that holds a number, with their default or 1."""
-
-    def call(size: float, count: int = 3, times: list[float] | None = None, speed: float | None = None) -> None: ...
-
-    assert fuzz.numbers(fuzz.Target(call, {"size": 2.0})) == {"size": 2.0, "count": 3, "speed": 1.0}
-
-
 @pytest.mark.parametrize("count", [QUICK, pytest.param(MANY, marks=pytest.mark.thorough)])
 def test_wrong_cases(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
