@@ -247,31 +247,30 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
 
 def _map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
     """Return a row of the file for each point and unknown, and of the terminal for each point, in the user's units."""
-    columns = ["x (m)", "y (m)", "unknown", "value (SI)", "low", "high", "verdict", "residual over noise", "taps"]
-    columns += ["files", "reason"]
+    columns = {
+        "x": "x (m)", "y": "y (m)", "unknown": "unknown", "value": "value (SI)", "low": "low", "high": "high",
+        "verdict": "verdict", "misfit": "residual over noise", "taps": "taps", "files": "files", "error": "reason",
+    }  # fmt: skip
+    of_points = data[[name for name in columns if name != "unknown"]]
+    frame = of_points.to_dataframe(["point", "unknown"]).reset_index()[[*columns]].rename(columns=columns)
     short = {name: name.split(".")[-1] for name in asked}
     if len(set(short.values())) < len(asked):
         short = {name: name for name in asked}
     units = {name: str(data.unit.sel(unknown=name).item()) for name in asked}
     head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"] + ["taps"]
     head += [f"{short[name]}, {units[name]}" if units[name] else short[name] for name in asked] + ["verdict"]
-    rows: list[list[Any]] = []
     cells = []
     for k, verdict in enumerate(verdicts):
         point = data.isel(point=k)
-        place, taps = [float(point.x), float(point.y)], int(point.taps)
-        shown = [f"{value / data[along].attrs['size']:g}" for along, value in zip("xy", place, strict=True)]
-        shown.append(str(taps))
-        for name in map(str, data.unknown.values):
+        shown = [f"{float(point[along]) / data[along].attrs['size']:g}" for along in "xy"] + [str(int(point.taps))]
+        for name in asked:
             one = point.sel(unknown=name)
             value, low, high, size = (float(one[what]) for what in ("value", "low", "high", "unit_size"))
             said = str(one.verdict.item())
-            end = [float(point.misfit), taps, str(point.files.item()), str(point.error.item())]
-            rows.append([*place, name, value, low, high, said, *end])
-            if name in asked and np.isnan(value):
+            if np.isnan(value):
                 shown.append("-")
-            elif name in asked:  # half of the interval, or the interval alone of an unknown that is blind
+            else:  # half of the interval, or the interval alone of an unknown that is blind
                 text = Unknown(name, value, (low, high), said, unit_size=size).row()
                 shown.append(f"({text[2]})" if said == BLIND else f"{text[1]} ± {(high - low) / 2.0 / size:#.2g}")
         cells.append([*shown, verdict])
-    return Table("map.csv", pd.DataFrame(rows, columns=columns), pd.DataFrame(cells, columns=head))
+    return Table("map.csv", frame, pd.DataFrame(cells, columns=head))
