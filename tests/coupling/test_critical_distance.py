@@ -1,5 +1,6 @@
 """Critical distances: read from given samples, and found by refinement where the crossing is known in closed form."""
 
+import re
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,7 +14,7 @@ import hertzlink as hl
 NAN, INF = np.nan, np.inf
 
 
-def curve(values: list[float], distances: list[float] | None = None) -> xr.DataArray:
+def curve(values: list[Any], distances: list[Any] | None = None) -> xr.DataArray:
     places = [0.1 * (1 + i) for i in range(len(values))] if distances is None else distances
     return xr.DataArray(values, coords={"distance": places}, dims="distance")
 
@@ -68,6 +69,13 @@ def test_critical_distance_over_other_dimensions() -> None:
         ({"ratio": 3}, "ratio = 3: must be a DataArray"),
         ({"ratio": curve([1.0, 0.5])}, "three distances"),
         ({"ratio": xr.DataArray(0.5)}, "three distances"),
+        ({"ratio": curve([0.9, 0.6, 0.5], [NAN, 0.02, 0.03])}, "distance = "),
+        ({"ratio": curve([0.9, 0.6, 0.5], [-1.0, 0.02, 0.03])}, "none of them negative"),
+        ({"ratio": curve([0.9, 0.6, 0.5], [0.01, 0.02, INF])}, "must be finite numbers of m"),
+        ({"ratio": curve([0.9, 0.6, 0.5], [0.01, 0.01, 0.03])}, "must not hold a distance twice"),
+        ({"ratio": curve([0.9, 0.6, 0.5], [*"abc"])}, "must be finite numbers of m"),
+        ({"ratio": curve([*"abc"])}, "ratio: must hold real numbers"),
+        ({"ratio": curve([1j, 0, 0])}, "ratio: must hold real numbers"),
         ({"tolerance": 0.0}, "tolerance = 0"),
         ({"tolerance": NAN}, "tolerance = nan"),
         ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
@@ -275,3 +283,38 @@ def test_bad_input_to_the_search(given: dict[str, Any], message: str) -> None:
 
     with pytest.raises(ValueError, match=message):
         find(**{"build": build, **given})
+
+
+BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
+PLATE = hl.kirchhoff_plate(0.9, 0.9, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must be at most"),
+        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 0.0: must be a positive"),
+        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.0), "distance = 0.0: must be a positive"),
+        (
+            lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "free", 0.02, highest_frequency=1e-300),
+            "highest_frequency = 1e-300: must be a positive number",
+        ),
+        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=[]), "impact_speed = []: must be a finite number"),
+        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must be at most"),
+        (
+            lambda: hl.reduce(hl.half_plane(2e-3, hl.PTFE, "free", 0.02), 1e-4, pulse=1e-300),
+            "pulse = 1e-300: must be a",
+        ),
+        (lambda: hl.theory.yield_pressure(None), "material = None: must be a Material"),
+        (lambda: hl.theory.indentation_modulus("x"), "stiffness: must hold finite numbers"),
+        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "stiffness: must hold finite numbers"),
+        (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "stiffness: must hold finite numbers"),
+        (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "moduli: must hold finite numbers"),
+        (lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]), "poisson_ratios: must hold finite"),
+        (lambda: hl.theory.orthotropic_stiffness(PLY[0], PLY[1], {}), "shear_moduli: must hold finite numbers"),
+    ],
+)
+def test_bad_input_to_what_predicts_it(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        call()
