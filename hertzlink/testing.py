@@ -54,7 +54,6 @@ def assert_same_waves(
     run: xr.Dataset,
     reference: str | os.PathLike[str],
     rtol: float | Mapping[str, float] = 1e-5,
-    atol: float | Mapping[str, float] = 0.0,
     sensors: Sequence[int] | None = None,
     update: bool | None = None,
 ) -> None:
@@ -72,8 +71,6 @@ def assert_same_waves(
         The netCDF file of the reference.
     rtol : float or mapping
         Relative tolerance, also by kind: "amplitude_ratio", "time_of_flight", "force"; others have 1e-5.
-    atol : float or mapping
-        Absolute tolerance, which is added; in s for TOF, in N for forces.
     sensors : list of int, optional
         Beads whose waves count; by default those of the reference, or the bead in the middle of the chain.
     update : bool, optional
@@ -87,7 +84,7 @@ def assert_same_waves(
     Raises
     ------
     AssertionError
-        If a quantity differs by more than atol + rtol · |reference|. The message lists what differs, and whether
+        If a quantity differs by more than rtol · |reference|. The message lists what differs, and whether
         input or versions differ.
     ValueError
         If the reference is missing or is none, or an argument is wrong.
@@ -102,7 +99,12 @@ def assert_same_waves(
     """
     __tracebackhide__ = True  # pytest shows the table of differences, not this code.
     path, reading = Path(reference).expanduser(), Reading(run)
-    tolerances = by_kind("rtol", rtol, 1e-5), by_kind("atol", atol, 0.0)
+    if isinstance(rtol, Mapping):
+        for kind in rtol:
+            one_of("rtol", kind, tuple(UNITS))
+        tolerances = {kind: not_negative(f"rtol[{kind!r}]", rtol.get(kind, 1e-5)) for kind in UNITS}
+    else:
+        tolerances = dict.fromkeys(UNITS, not_negative("rtol", rtol))
     write = os.environ.get(UPDATE, "") not in ("", "0")
     if update is not None:
         write = instance("update", update, bool, "True, False or None")
@@ -149,9 +151,7 @@ def waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
                        for name, one in found.items()})  # fmt: skip
 
 
-def complaint(
-    old: xr.Dataset, now: xr.Dataset, run: xr.Dataset, tolerances: tuple[Mapping[str, float], Mapping[str, float]]
-) -> list[str]:
+def complaint(old: xr.Dataset, now: xr.Dataset, run: xr.Dataset, tolerances: Mapping[str, float]) -> list[str]:
     """Return the lines of the message; none where all agrees."""
     lines = []
     for axis in dict.fromkeys(str(name) for data in (old, now) for name in data.dims if name != "time"):
@@ -161,7 +161,7 @@ def complaint(
     step = 1e6 * float(old.time[1] - old.time[0])
     cut = abs(ends[1] - ends[0]) > 1.5 * step
     if not lines:
-        rows = list(compared(old, now, *tolerances))
+        rows = list(compared(old, now, tolerances))
         fails = [row for row in rows if not row.difference <= row.tolerance]
         if not fails and not cut:
             return []
@@ -190,7 +190,7 @@ def complaint(
     return [*lines, f"If the change is meant, write the reference again: update=True, or {UPDATE}=1."]
 
 
-def compared(old: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol: Mapping[str, float]) -> Iterator[Row]:
+def compared(old: xr.Dataset, now: xr.Dataset, tolerances: Mapping[str, float]) -> Iterator[Row]:
     """Yield each quantity of either; of several runs the one that differs most."""
     for name in dict.fromkeys([*map(str, old.data_vars), *map(str, now.data_vars)]):
         if name not in now or name not in old:
@@ -206,7 +206,7 @@ def compared(old: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol: 
         else:
             missing = np.isnan(first) & np.isnan(second)
             gap = np.where(missing, 0.0, np.nan_to_num(abs(second - first), nan=np.inf))
-        allowed = atol[kind] + rtol[kind] * np.nan_to_num(abs(first))
+        allowed = tolerances[kind] * np.nan_to_num(abs(first))
         worst = np.unravel_index(int(np.argmax(gap - allowed)), gap.shape)
         axes = [axis for axis in there.dims if axis != "time"]
         words = ", ".join(f"{axis} = {there[axis].values[at]}" for axis, at in zip(axes, worst, strict=True))
@@ -230,14 +230,6 @@ def rms(values: Vector) -> Vector:
     total: Vector = (np.where(finite, values, 0.0) ** 2).sum(axis=-1)
     root: Vector = np.sqrt(total / np.maximum(1, finite.sum(axis=-1)))
     return root
-
-
-def by_kind(name: str, tolerance: float | Mapping[str, float], default: float) -> dict[str, float]:
-    if not isinstance(tolerance, Mapping):
-        return dict.fromkeys(UNITS, not_negative(name, tolerance))
-    for kind in tolerance:
-        one_of(name, kind, tuple(UNITS))
-    return {kind: not_negative(f"{name}[{kind!r}]", tolerance.get(kind, default)) for kind in UNITS}
 
 
 def plain(text: object) -> Any:

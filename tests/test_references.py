@@ -150,7 +150,7 @@ def test_a_write_that_fails_leaves_the_reference(
     ("given", "message"),
     [
         ({"rtol": -1.0}, "rtol = -1.0: must be zero or a positive number"),
-        ({"atol": {"speed": 1.0}}, "atol = 'speed': must be one of"),
+        ({"rtol": {"speed": 1.0}}, "rtol = 'speed': must be one of"),
         ({"sensors": 7}, "sensors = 7: must be a list"),
         ({"sensors": [99]}, "sensor = 99: must be a bead from 1 to 12"),
         ({"update": "yes"}, "update = 'yes': must be True, False or None"),
