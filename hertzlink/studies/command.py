@@ -42,7 +42,7 @@ class Written:
         (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
         for title, figure in self.figures.items():
             if self.remark:
-                figure.supxlabel(self.remark, color="firebrick", fontsize="small")
+                figure.supxlabel(self.remark, x=0.99, ha="right", color="firebrick", fontsize="small")
             metadata = {FORMATS[self.form]: self.remark} if self.remark else None
             figure.savefig(into / f"{title}.{self.form}", metadata=metadata)
         (into / REPORT).write_text(self.report(self.data if data is None else data), encoding="utf-8")

@@ -254,11 +254,13 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    shear, (axis,) = draw.panels(1, width=4.4, height=3.4, xlabel="thickness t / ℓ", xlim=(0.0, None), ylim=(0.0, None))
+    labels = draw.Look(xlabel="thickness t / ℓ", ylabel="AR, Kirchhoff minus Mindlin")
+    shear, (axis,) = draw.panels(1, width=4.4, height=3.4, **labels)
     for place in data.place.values:
         axis.plot(data.relative_thickness, data.lowered.sel(place=place), label=PLACES[place])
     axis.axhline(MATTERS, color="black", linewidth=0.8, linestyle=":")
-    axis.set_ylabel("AR, Kirchhoff minus Mindlin")
+    axis.set_xlim(left=0.0)
+    axis.set_ylim(bottom=0.0)
     axis.legend()
     return {"collapse": collapse(data), "critical_distance": by_parameter(data), "shear": shear}
 

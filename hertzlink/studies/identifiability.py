@@ -248,6 +248,7 @@ def distance_map(data: xr.Dataset) -> draw.Figure:
 def half_width_map(axis: draw.Axes, errors: xr.DataArray, rows: str) -> None:
     """Draw cells over a logarithmic axis, in rows of equal height; hatched grey where blind."""
     from matplotlib.colors import LogNorm
+    from matplotlib.ticker import LogLocator
 
     (across,) = (str(name) for name in errors.dims if name != rows)
     shown = errors.transpose(rows, across)
@@ -255,9 +256,14 @@ def half_width_map(axis: draw.Axes, errors: xr.DataArray, rows: str) -> None:
     axis.set_facecolor("0.85")
     axis.patch.set(hatch="////", edgecolor="0.55")
     axis.grid(visible=False)
-    seen, places = shown.where(shown <= BLIND), np.arange(shown.sizes[rows])
-    look = draw.Look(shading="nearest", cmap="viridis", norm=LogNorm(1e-3, BLIND), zorder=1.5)
-    axis.pcolormesh(shown[across], places, seen, **look)
+    logs, places = np.log(shown[across].values), np.arange(shown.sizes[rows])
+    middle = 0.5 * (logs[1:] + logs[:-1])
+    ends = np.exp(np.concatenate([[2.0 * logs[0] - middle[0]], middle, [2.0 * logs[-1] - middle[-1]]]))
+    edges = np.arange(places.size + 1) - 0.5
+    look = draw.Look(cmap="viridis", norm=LogNorm(1e-3, BLIND), zorder=1.5)
+    axis.pcolormesh(ends, edges, shown.where(shown <= BLIND), **look)
+    if ends[-1] > 1e3 * ends[0]:
+        axis.xaxis.set_major_locator(LogLocator())
     axis.set_yticks(places, [f"{1e3 * row:.3g}" for row in shown[rows].values])
 
 
@@ -271,4 +277,4 @@ def legend(figure: draw.Figure, axes: list[draw.Axes], label: str) -> None:
     bar.ax.set_yticklabels([f"{100.0 * tick:g} %" for tick in ticks])
     bar.set_label(label)
     blind = Patch(facecolor="0.85", hatch="////", edgecolor="0.55", label="blind: more than ± 50 %")
-    figure.legend(handles=[blind, *axes[0].get_legend_handles_labels()[0]], loc="outside lower center", ncols=2)
+    figure.legend(handles=[blind, *axes[0].get_legend_handles_labels()[0]], loc="outside lower left", ncols=2)
