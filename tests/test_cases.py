@@ -409,7 +409,7 @@ def test_the_distance_of_an_edge_keeps_its_name() -> None:
 def test_check_knows_what_identify_takes(command: Callable[..., str]) -> None:
     Path("chain.toml").write_text(template("chain"), encoding="utf-8")
     assert "structure: nothing" in command("check", "chain.toml")
-    Path("i.toml").write_text(template("identify"), encoding="utf-8")
+    Path("i.toml").write_text(template("identify"), encoding="utf-8-sig")
     assert "identify: 3 unknowns" in command("check", "i.toml", "--set", "run.until=0.1 ms")
 
 
@@ -419,6 +419,7 @@ def test_templates_are_cases(kind: str) -> None:
     text = template(kind)
     assert text.startswith("# ")
     assert len(text.splitlines()) < 50
+    assert set(re.findall(r"hard steel \((.*?)\)", text)) <= {"0.9 GPa"}  # one limit for one brass
     case = case_of(text)
     jsonschema.validate(case.data, schema())
     if kind not in ("cylinder", "plate", "thick-plate"):

@@ -118,6 +118,15 @@ def test_turning_the_model_changes_nothing(turn: float) -> None:
     assert answers[1] == pytest.approx(answers[0], rel=1e-6)
 
 
+def test_points_of_two_coordinates_and_cells_of_both_turns() -> None:
+    mesh, plane = grid(4), grid(4)
+    mesh.points = mesh.points[:, :2]
+    mesh.cells[0].data[:5] = mesh.cells[0].data[:5, ::-1]
+    with pytest.warns(hl.HertzlinkWarning, match="5 of 32 cells are numbered clockwise"):
+        panel = hl.mindlin_panel(mesh, 0.1, MATERIAL)
+    assert found(panel, 3, (0.4, 0.4)) == pytest.approx(found(hl.mindlin_panel(plane, 0.1, MATERIAL), 3, (0.4, 0.4)))
+
+
 def test_quadrilaterals_in_any_order() -> None:
     """Cells that begin at any corner fit together: as `mindlin_plate`."""
     panel = hl.mindlin_panel(grid(4, quads=True), 0.1, MATERIAL, {"left": "clamped", "top": "simple"})

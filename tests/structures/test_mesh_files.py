@@ -210,6 +210,12 @@ def test_parts_that_are_not_joined(joined: list[int], message: str) -> None:
         BodyMesh(two_cubes(0.0, joined))
 
 
+@pytest.mark.filterwarnings("ignore:.*belong to no cell")
+def test_a_crack_is_warned_of() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="16 points coincide with others, .* are not joined: a crack"):
+        assert volume(BodyMesh(two_cubes(0.0, HALF))) == pytest.approx(2.0 * VOLUME)
+
+
 def test_cells_that_are_listed_twice() -> None:
     """As MSH 2.2 writes a volume of two groups: once each, with both tags."""
     twice = np.concatenate([BRICKS, BRICKS[::3, ::-1][:, [3, 2, 1, 0, 7, 6, 5, 4]]])
