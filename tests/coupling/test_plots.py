@@ -253,7 +253,7 @@ STRUCTURES: dict[str, tuple[Callable[[], Any], str]] = {
         "beam of steel 440C, 300 mm long, struck at 100 mm; thickness of a rectangular section",
     ),
     "laminate": (
-        lambda: hl.infinite_plate(None, hl.Laminate([hl.Ply(hl.PTFE, 1e-3), hl.Ply(hl.NYLON, 2e-3)])),
+        lambda: hl.infinite_plate(None, hl.Laminate([hl.Ply(hl.PTFE, 1e-3), hl.Ply(hl.MATERIALS["nylon"], 2e-3)])),
         "infinite plate, 3 mm of PTFE, nylon",
     ),
     "infinite plate": (lambda: hl.infinite_plate(2e-3, hl.PTFE), "contact; the plate continues beyond the picture"),
