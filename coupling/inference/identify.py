@@ -19,12 +19,11 @@ from coupling.inference.identification import (
     Identification,
     Unknown,
 )
-from coupling.inference.intervals import UNLIKELY, covariance_of, interval_of
 from coupling.inference.measured import Measured, measured_signal, remembered
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Fit, Misfit, Point, inverse
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, length_of, range_of
-from coupling.inference.search import MANY, Search
+from coupling.inference.search import MANY, UNLIKELY, Search
 from coupling.results.findings import findings_of, warn
 from coupling.sweeps.points import progress
 from structures.caution import collected
@@ -159,7 +158,7 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
     """Search, and judge what is found. discrepancy: of the model, as a part of each peak."""
     misfit, prediction = search.misfit, search.misfit.prediction
     best, point, others = _settled(search)
-    covariance, size, explained = covariance_of(misfit, point, discrepancy)
+    covariance, size, explained = misfit.covariance(point, discrepancy)
 
     # Other fits that the noise does not exclude, and that are apart.
     inflation = np.maximum(np.diag(covariance) / np.diag(inverse(point.columns)), 1e-6)[: search.size]
@@ -172,7 +171,7 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
     unknowns = dict[str, Unknown]()
     for k, unknown in enumerate(search.ranges):
         place = best.places[k]
-        ends = interval_of(search, modes, k, covariance, float(inflation[k]))
+        ends = search.interval(modes, k, covariance, float(inflation[k]))
         value, low, high = (unknown.value(one) for one in (place, *ends))
         if unknown.name in nuisances:
             verdict = NUISANCE

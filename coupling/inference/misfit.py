@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
+from scipy.signal import fftconvolve
 
 from coupling.inference.measured import Measured
 from coupling.inference.prediction import NUMERICAL, Prediction
@@ -223,6 +224,27 @@ class Misfit:
                 limit += part.size / sensor.lead * (terms + 4.0 * float(np.sqrt(2.0 * terms)))
         white = total < limit + 4.0 * float(np.sqrt(2.0 * lags * len(self.used)))
         return bool(fit.misfit < most * self.degrees and white)
+
+    def covariance(self, point: Point, discrepancy: float) -> tuple[Vector, float, bool]:
+        """Return the covariance of all parameters, residual over noise, and whether the residual is noise."""
+        measured, numerical = self.measured, self.is_numerical(point.fit)
+        ratio, explained = point.fit.misfit / self.degrees, self.explains(point.fit)
+        # The size of the noise is that of the residual, if it was not given.
+        known = measured.given and not any(sensor.memory.size for sensor in measured.sensors)
+        factor = 1.0 if numerical or (known and explained) else max(ratio, float(known))
+
+        # What the model lacks, and what runs are inexact by, is a part of each peak that is correlated in time over a
+        # quarter of a contact.
+        lacking, information = max(discrepancy, NUMERICAL * numerical), np.zeros((point.columns.shape[1],) * 2)
+        width = 0.25 * self.unit / measured.step
+        kernel = np.exp(-0.5 * (np.arange(-int(4.0 * width), int(4.0 * width) + 1) / width) ** 2)[:, None]
+        parts = zip(self.by_sensor(point.columns), point.fit.fitted, measured.sensors, strict=True)
+        for columns, fitted, sensor in parts:
+            size = lacking * float(abs(fitted).max()) / sensor.noise
+            information += size**2 * columns.T @ fftconvolve(columns, kernel, mode="same", axes=0)
+        white = inverse(point.columns)
+        covariance = point.carried @ (factor * white + white @ information @ white) @ point.carried.T
+        return covariance, float(np.sqrt(ratio)), explained
 
     def data(self, fit: Fit) -> xr.Dataset:
         """Return what was measured and fitted, over sensor and time, and offset, hum and drift as `baseline`."""

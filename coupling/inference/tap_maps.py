@@ -284,11 +284,9 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") 
             points.append({**point, "key": key, "sums": sums})
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
 
-    errors = [""] * len(outcomes)
-    for k, outcome in enumerate(outcomes):
-        if isinstance(outcome, Failure):
-            errors[k] = outcome.message if outcome.kind == "ValueError" else str(outcome)
     answers = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}
+    reasons = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, Failure)}
+    errors = {k: one.message if one.kind == "ValueError" else str(one) for k, one in reasons.items()}
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
     shown = dict[str, tuple[str, float]]()
@@ -307,11 +305,11 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") 
     data["taps"] = "point", [int(answer.attrs.get("taps", 0)) for answer in every]
     data["misfit"] = "point", [float(answer.attrs.get("misfit", np.nan)) for answer in every]
     data["files"] = "point", ["; ".join(Path(name).name for name in point["files"]) for point in grid.points]
-    data["error"] = "point", errors
+    data["error"] = "point", [errors.get(k, "") for k in range(len(outcomes))]
     first = next(iter(answers.values()))
     data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
     said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}
-    failed = [f"failed: {where(data, k)}: {error}" for k, error in enumerate(errors) if error]
+    failed = [f"failed: {where(data, k)}: {error}" for k, error in errors.items()]
     findings = [*failed, *gathered(said, len(outcomes))]
     warn(findings)
     return with_warnings(data, findings)
