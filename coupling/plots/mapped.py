@@ -57,8 +57,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     verdicts = np.array([str(verdict).partition(":")[0] for verdict in one.verdict.values])
     value = np.where(verdicts == "blind", np.nan, one.value) if show == "value" else (one.high - one.low).values / 2.0
     value = value / size
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
     from matplotlib.patheffects import withStroke
 
@@ -66,21 +65,18 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     x, y = (taps[along].values / taps[along].attrs["size"] for along in "xy")
     width, height = _spacing(x, y), _spacing(y, x)
     known = np.flatnonzero(np.isfinite(value))
-    low, high = (float(value[known].min()), float(value[known].max())) if known.size else (0.0, 1.0)
-    middle = max(abs(low), abs(high))
-    spare = 0.0 if high - low > 1e-9 * middle else 0.05 * (middle or 1.0)
-    scale = ScalarMappable(Normalize(low - spare, high + spare), colours)
-    for place in known:
-        corner = x[place] - 0.5 * width, y[place] - 0.5 * height
-        red, green, blue, _ = colour = scale.to_rgba(value[place])
-        ax.add_patch(Rectangle(corner, width, height, facecolor=colour, edgecolor="white"))
-        if len(value) <= MOST_NUMBERS:
-            ink = "white" if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else INK
-            below, text = y[place] - 0.32 * height, f"{value[place]:{number}}"
-            ax.text(x[place], below, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
+    corners = zip(x[known] - 0.5 * width, y[known] - 0.5 * height, strict=True)
+    squares = PatchCollection([Rectangle(one, width, height) for one in corners], cmap=colours, edgecolor="white")
+    squares.set_array(value[known])
+    ax.add_collection(squares)
     label = plain(name) + f" ({unit})" * bool(unit)
     words = label if show == "value" else f"half of the 95 % interval of\n{label}"
-    ax.get_figure().colorbar(scale, ax=ax, label=words, shrink=0.8)  # type: ignore[union-attr]
+    ax.get_figure().colorbar(squares, ax=ax, label=words, shrink=0.8)  # type: ignore[union-attr]
+    for place in known if len(value) <= MOST_NUMBERS else ():
+        red, green, blue, _ = squares.to_rgba(value[place])
+        ink = "white" if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else INK
+        below, text = y[place] - 0.32 * height, f"{value[place]:{number}}"
+        ax.text(x[place], below, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
 
     for verdict, marker in MARKS.items():
         here = verdicts == verdict

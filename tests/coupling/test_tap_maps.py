@@ -49,9 +49,9 @@ def test_a_lost_file_costs_no_other_point(tmp_path: Path) -> None:
     assert any("tap left out" in line and "gone.csv" in line for line in taps.warnings.splitlines())
     axes = hl.plots.mapped(taps)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["failed"]
-    assert len(axes.patches) == 2
-    crosses = axes.collections[0].get_offsets()
-    assert np.asarray(crosses).tolist() == [[5.0, 0.0], [15.0, 0.0]]
+    squares, crosses = axes.collections
+    assert len(squares.get_paths()) == 2
+    assert np.asarray(crosses.get_offsets()).tolist() == [[5.0, 0.0], [15.0, 0.0]]
     assert set(MARKS) >= {"failed", "blind"}
 
 
