@@ -189,7 +189,8 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, unit, 1e-6 if unit else 1.0)
 
     said = [warning for warning in prediction.warnings.values() if not warning.startswith("yield: ")]
-    notes = _notes(search, best, unknowns, len(said) < len(prediction.warnings))
+    data = misfit.data(best)
+    notes = _notes(search, best, unknowns, data, len(said) < len(prediction.warnings))
     if not explained:
         words = "the model lacks something, and values may be biased by more than their intervals"
         notes.insert(0, f"the residual is {size:.3g} times the noise: {words}")
@@ -204,7 +205,7 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
     correlation = xr.DataArray(covariance / np.outer(root, root), {"unknown": misfit.names, "other": misfit.names})
     values = [prediction.values(mode.places) for mode in modes]
     return Identification(
-        unknowns, correlation, misfit.data(best), size, explained, values, prediction.runs, [*said, *notes], inputs
+        unknowns, correlation, data, size, explained, values, prediction.runs, [*said, *notes], inputs
     )
 
 
@@ -230,7 +231,7 @@ def _is_at_end(place: float) -> bool:
     return min(place, 1.0 - place) < 1e-6
 
 
-def _notes(search: Search, best: Fit, unknowns: Mapping[str, Unknown], yields: bool) -> list[str]:
+def _notes(search: Search, best: Fit, unknowns: Mapping[str, Unknown], data: xr.Dataset, yields: bool) -> list[str]:
     """Return what the user must know of the best fit. yields: contacts of some runs yield."""
     misfit, prediction, notes = search.misfit, search.misfit.prediction, list[str]()
     if yields:
@@ -244,7 +245,6 @@ def _notes(search: Search, best: Fit, unknowns: Mapping[str, Unknown], yields: b
         for name, one in unknowns.items()
         if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
     ]
-    data = misfit.data(best)
     for row, sensor in enumerate(misfit.measured.sensors):
         if sensor.drifts:
             baseline, peak = data.baseline.values[row][misfit.used[row]], float(abs(best.fitted[row]).max())
