@@ -36,10 +36,7 @@ DEFINED = (
     "bead. Bead 1 is the struck one."
 )
 
-WHICH_DISTANCE = (
-    "Keep to the greater of the two distances: it holds for every tap. The smaller one is enough only where all taps "
-    "hit spots of a thick body that earlier taps of the same strength have dented."
-)
+WHICH_DISTANCE = "Keep to the greater of the two distances: it holds on fresh spots and on dented ones."
 
 FRESH_SPOT = (
     "The first tap on a fresh spot dents the metal, which takes energy from the wave: there the values with yielding "
@@ -199,40 +196,37 @@ def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str
 def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     """Return the page of a critical distance, for each combination of the other parameters."""
     page, critical, words = Page("Critical distance"), data.critical_distance, words_of(data.distance)
+    what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
     # A case with a law of its own has one result, whose contacts may yield.
     spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
     (factor, unit), rows = parameter(data.distance), list[list[str]]()
     for number, place in enumerate(np.ndindex(*critical.shape)):
-        at = point_in_words(critical, place)
+        at, found = point_in_words(critical, place), list[str]()
         where = f", for {', '.join(f'{name} {value}' for name, value in at.items())}" if at else ""
-        curves, found = dict[str, xr.Dataset](), list[str]()
-        for spot, runs in spots.items():
-            curves[spot] = curve = runs.isel(dict(zip(critical.dims, place, strict=True)))
+        curves = {spot: runs.isel(dict(zip(critical.dims, place, strict=True))) for spot, runs in spots.items()}
+        for spot, curve in curves.items():
             low, high = factor * curve.bracket.values.ravel()
             distance, between = f"{factor * float(curve.critical_distance):.4g}", f"{low:.4g} to {high:.4g}"
+            said = f"has no influence beyond {distance} {unit} ({between} {unit})"
             if np.isnan(curve.far_value):
                 distance, between = "not found", "no reflected wave far away"
-                found.append("has an influence that is not known, as the record ends before the wave comes back")
+                said = "has an influence that is not known, as the record ends before the wave comes back"
             elif not np.isfinite(high):
                 distance, between = f"more than {low:.4g}", "greater distances are needed"
-                found.append(f"still has an influence at {low:.4g} {unit}, so greater distances are needed")
+                said = f"still has an influence at {low:.4g} {unit}, so greater distances are needed"
             elif low <= 0.0:
                 distance = f"less than {distance}"
-                found.append(f"has no influence from the smallest distance on, {high:.4g} {unit}")
-            else:
-                found.append(f"has no influence beyond {distance} {unit} ({between} {unit})")
-            found[-1] += f" {spot}" if spot else ""
+                said = f"has no influence from the smallest distance on, {high:.4g} {unit}"
+            found.append(f"{said} {spot}".rstrip())
             rows.append([*at.values(), *([spot] * bool(spot)), distance, between, f"{float(curve.far_value):.4f}"])
-        what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
         answer = ", and ".join(found).replace(", and has no influence beyond", ", beyond")
         page.sentences.append(f"{what} {answer}{where}.")
         if number < MOST_PICTURES:
             name = "-".join(["critical-distance", *map(str, place)])
-            draw = partial(draw_critical, curves)
-            page.pictures.append(drawn(name, f"AR over {words}{where}, and the critical distance.", draw))
-    parameters = [words_of(critical[name]) for name in critical.dims]
-    contacts = ["contacts"] * (yielded is not None)
-    head = [*parameters, *contacts, f"critical distance ({unit})", f"between ({unit})", "AR far away"]
+            caption = f"AR over {words}{where}, and the critical distance."
+            page.pictures.append(drawn(name, caption, partial(draw_critical, curves)))
+    head = [*(words_of(critical[name]) for name in critical.dims), *["contacts"] * (yielded is not None)]
+    head += [f"critical distance ({unit})", f"between ({unit})", "AR far away"]
     page.tables.append(Table("Critical distances", head, rows))
     if "within" in data.coords and "within" not in critical.dims:
         allowed = f"{float(data.within):g}"
