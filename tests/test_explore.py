@@ -164,12 +164,12 @@ def test_the_first_values_are_those_of_the_case(server: Server) -> None:
     ("values", "message"),
     [
         ({"structure__distance": "99"}, "distance: 99 mm is outside of 5 to 60 mm"),
-        ({"structure__distance": ""}, "distance: '' is no number; give one from 5 to 60 mm"),
-        ({"structure__distance": "nan"}, "'nan' is no number"),
-        ({"structure__distance": "__import__('os')"}, "is no number"),
-        ({"structure__distance": "9" * 5000}, "is no number"),
+        ({"structure__distance": ""}, "distance: '' is not a number; give one from 5 to 60 mm"),
+        ({"structure__distance": "nan"}, "'nan' is not a number"),
+        ({"structure__distance": "__import__('os')"}, "is not a number"),
+        ({"structure__distance": "9" * 5000}, "is not a number"),
         ({"chain__impact_speed": "0"}, "impact speed: 0 m/s is outside of 0.078 to 0.93 m/s"),
-        ({"measure__sensor": "2.5"}, "sensor: '2.5' is no whole number; give one from 1 to 12"),
+        ({"measure__sensor": "2.5"}, "sensor: '2.5' is not a whole number; give one from 1 to 12"),
         ({"measure__sensor": "13"}, "sensor: 13 is outside of 1 to 12"),
         ({"run__until": "1"}, "'run.until': there is no such slider"),
     ],
@@ -279,7 +279,7 @@ def test_axes_of_a_sweep_are_the_sliders(tmp_path: Path) -> None:
     found = [changed.value(path) for path in (("chain", "beads"), ("chain", "gravity"), (*layers, "length"))]
     assert found == [13, 9.81, 1.25 * 0.0254]
     assert changed.value((*layers, "material")) == hl.BRASS_360
-    with pytest.raises(ValueError, match=r"layer 1 material: 'glass' is no choice; take one of PTFE, brass 360"):
+    with pytest.raises(ValueError, match=r"layer 1 material: 'glass' is not a choice; take one of PTFE, brass 360"):
         explorer.changed({f"{layer}.material": "glass"})
 
 

@@ -50,12 +50,12 @@ class Slider:
         """Return the entry of the case that a text from the page means; raise a ValueError for what is none."""
         if self.choices:
             if text not in self.choices:
-                raise ValueError(f"{self.label}: {text[:40]!r} is no choice; take one of {', '.join(self.choices)}")
+                raise ValueError(f"{self.label}: {text[:40]!r} is not a choice; take one of {', '.join(self.choices)}")
             return self.choices[text]
         allowed = f"{plain(self.low)} to {plain(self.high)} {self.unit}".strip()
         if not NUMBER.fullmatch(text) or (self.whole and not text.lstrip("-").isdigit()):
             kind = "whole number" if self.whole else "number"
-            raise ValueError(f"{self.label}: {text[:40]!r} is no {kind}; give one from {allowed}")
+            raise ValueError(f"{self.label}: {text[:40]!r} is not a {kind}; give one from {allowed}")
         if not self.low <= Decimal(text) <= self.high:
             raise ValueError(f"{self.label}: {text} {self.unit}".rstrip() + f" is outside of {allowed}")
         if self.unit:
