@@ -217,12 +217,12 @@ def identify(name: str, case: "Case", trace: Path, output: Path | None, force: b
     """
     from hertzlink.cases.identification import answer_of, fit, question_of, signal_of
 
-    question = question_of(case)
-    signal = signal_of(question, trace)
+    task = question_of(case)
+    signal = signal_of(task, trace)
     folder = output or Path(f"{Path(name).stem}-found")
 
     def work() -> "Answer":
-        return answer_of(question, fit(question, signal, trace))
+        return answer_of(task, fit(task, signal, trace))
 
     return write_results(name, case, folder, force, work, form=form)
 

@@ -150,9 +150,9 @@ def test_the_uncertainty_of_a_material_that_is_named(path: str, modulus: float) 
         [sensitivities]
         "{path}" = "2 %"
     """
-    build, inputs = budget_of(case_of(text))
+    task, inputs = budget_of(case_of(text))
     assert inputs == {path: (modulus, pytest.approx(0.02 * modulus))}
-    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(build(**{path: 3e9}).describe())))
+    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(task(**{path: 3e9}).describe())))
     assert set(map(float, moduli)) == {200e9, 1.53e9} - {modulus} | {3e9}
     with pytest.raises(Fault, match=r"is no entry here; did you mean youngs_modulus\?"):
         budget_of(case_of(text.replace("youngs_modulus", "modulus")))
@@ -665,7 +665,7 @@ nuisances = ["chain.bead.material.youngs_modulus"]
     low, high = question.ranges["chain.bead.material.youngs_modulus"]
     assert low < hl.STEEL_440C.youngs_modulus < high
     assert low * high == pytest.approx(hl.STEEL_440C.youngs_modulus**2)
-    simulation = question.build(**{name: ends[1] for name, ends in question.ranges.items()})
+    simulation = question(**{name: ends[1] for name, ends in question.ranges.items()})
     assert simulation.chain.chain.beads[0].material.youngs_modulus == pytest.approx(high)
 
 

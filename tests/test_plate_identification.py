@@ -14,9 +14,9 @@ from coupling.inference.identification import Identification, Unknown
 from coupling.inference.plates import on_modes
 from coupling.yield_check import CURE
 from hertzlink.cases.case import YIELDING, Case
-from hertzlink.cases.identification import Question, answer_of, fit, question_of
+from hertzlink.cases.identification import answer_of, fit, question_of
 from hertzlink.cases.sweeps import builder_of
-from hertzlink.cases.tasks import task_of
+from hertzlink.cases.tasks import Task, task_of
 from hertzlink.cases.templates import template
 
 ASKED = """
@@ -30,7 +30,7 @@ nuisances = ["chain.impact_speed", "gain", "time_zero"]
 PLACE = "structure.at[0]"
 
 
-def asked(until: str, place: float = 0.06) -> Question:
+def asked(until: str, place: float = 0.06) -> Task:
     case = Case(tomllib.loads(template("plate") + ASKED))
     return question_of(case.changed({"run.until": until, PLACE: place}))
 
@@ -133,7 +133,7 @@ def test_a_sweep_of_many_places_strikes_the_modes_of_one_plate(places: int, on_m
     swept = f'[sweep]\n"{PLACE}" = {{ from = "20 mm", to = "50 mm", count = {places} }}\n'
     case = Case(tomllib.loads(template("plate").replace('"1 mm"', '"2 mm"').replace("1.5 ms", "0.4 ms") + swept))
     task = task_of(case)
-    assert (builder_of(task) == task.build) is on_mesh
+    assert (builder_of(task) == task) is on_mesh
     found = hl.amplitude_ratio(builder_of(task)(x=0.02).run(case.until), 7)
-    wanted = hl.amplitude_ratio(task.build(x=0.02).run(case.until), 7)
+    wanted = hl.amplitude_ratio(task(x=0.02).run(case.until), 7)
     assert found.item() == pytest.approx(wanted.item(), abs=3e-4)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -29,6 +29,7 @@ from coupling.sweeps.points import progress
 from structures.caution import collected
 from structures.checks import count_of, finite, not_negative, short, whole
 from structures.linear_algebra.one_thread import one_thread
+from structures.quantities import Count, Interval, Quantity
 from structures.units import readable
 
 
@@ -38,11 +39,11 @@ def identify(
     build: Callable[..., CoSimulation],
     nuisances: Iterable[str] = (GAIN, TIME_ZERO),
     sensors: Iterable[int] | None = None,
-    until: float | None = None,
-    noise: float | None = None,
-    seed: int = 0,
+    until: Interval | None = None,
+    noise: Annotated[float, Quantity("N", "a force", "0.2 N")] | None = None,
+    seed: Annotated[int, Count(0)] = 0,
     guess: Mapping[str, float] | None = None,
-    discrepancy: float = 0.0,
+    discrepancy: Annotated[float, Quantity(or_zero=True)] = 0.0,
     **ranges: Any,
 ) -> Identification:
     """Find unknowns of a structure, or of the chain, from a measured or simulated signal, with 95 % intervals.

@@ -136,14 +136,14 @@ def uncertainty(
     check_build(build, spreads, names="parameters")
     inputs = dict[str, tuple[float, float]]()
     for name, spread in spreads.items():
-        default = signature(build).parameters[name].default
         if isinstance(spread, tuple):
             inputs[name] = spread
-        elif default is Parameter.empty:
+            continue
+        default = signature(build).parameters[name].default
+        if default is Parameter.empty:
             raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
-        else:
-            centre = finite(name, default)
-            inputs[name] = centre, standard_uncertainty(name, spread, centre)
+        centre = finite(name, default)
+        inputs[name] = centre, standard_uncertainty(name, spread, centre)
 
     centres, deviations = np.array([*inputs.values()]).T
     of_sensor, values = waves_at([sensor]), dict(zip(inputs, centres.tolist(), strict=True))

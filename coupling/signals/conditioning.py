@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from math import pi, sqrt
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,7 @@ from coupling.results.sensor_trace import (
 )
 from structures.caution import caution
 from structures.checks import count_of, instance, positive
+from structures.quantities import Quantity
 from structures.structure import Vector
 
 HARMONICS = 5  # Mains hum is fitted with this many harmonics, the fundamental included.
@@ -24,7 +26,9 @@ HARMONICS = 5  # Mains hum is fitted with this many harmonics, the fundamental i
 ERROR_OF_MEDIAN = 2.0 * sqrt(0.5 * pi)
 
 
-def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
+def clean_signal(
+    signal: xr.Dataset, mains: Annotated[float, Quantity("Hz", "a frequency", "50 Hz")] | None = None
+) -> xr.Dataset:
     """Return a measured signal without offset and hum, with clipped samples marked, and with the noise of each sensor.
 
     docs/signals.md has the criteria of each step.

@@ -19,7 +19,7 @@ from coupling.interface import ContactPoint
 from coupling.results.missing_waves import UNTIL
 from hertzlink.cases import Fault, Path, Source, as_toml, entry, parsed, put, read_source, written
 from hertzlink.cases.forms import OF_MATERIAL, form_of
-from hertzlink.cases.parts import Identify, Measure, Sections
+from hertzlink.cases.parts import Measure, Sections
 from hertzlink.cases.reader import Call, Context
 from hertzlink.cases.reader import read as read_value
 from plates.plate import Plate, are_meshed
@@ -96,8 +96,8 @@ class Case:
         return self.tree.entries["measure"].made if "measure" in self.tree.entries else Measure()
 
     @property
-    def identify(self) -> Identify | None:
-        """What is found from a measured signal."""
+    def identify(self) -> Any:
+        """What is found from a measured signal; None without such a section."""
         return self.tree.entries["identify"].made if "identify" in self.tree.entries else None
 
     def all(self, section: str) -> list[Call]:
@@ -266,19 +266,6 @@ def _built(what: _Keyed) -> Any:
             with loss.located():
                 structure = damped(structure, loss.made)
     return structure
-
-
-@dataclass(frozen=True)
-class Build:
-    """What builds a case with values of some entries, given by names of their own. units: SI, by name, for messages."""
-
-    case: Case
-    paths: Mapping[str, Path]
-    units: Mapping[str, str] = field(default_factory=dict)
-
-    def __call__(self, **values: Any) -> CoSimulation:
-        """Return the co-simulation."""
-        return self.case.changed({self.paths[name]: value for name, value in values.items()}).simulation()
 
 
 def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] = ()) -> tuple[Case, Source]:

@@ -14,14 +14,14 @@ def outlook(task: Task) -> str:
     first = task.first
     point = {"distance" if axis is task.along else axis.name: axis.values[0] for axis in task.axes}
     with collected() as warnings:
-        simulation = task.build(**point)
+        simulation = task(**point)
         with first.located():
             save_every = first.tree.entries["run"].entries.get("save_every")
             plan = simulation.plan(first.until, None if task.axes else save_every)
         for axis, name in zip(task.axes, point, strict=True):
             for value in [min(axis.values), max(axis.values)] if axis.is_number else axis.values:
                 if value != axis.values[0]:
-                    task.build(**point | {name: value})
+                    task(**point | {name: value})
 
     runs = count_of(prod(len(axis.values) for axis in task.axes), "run")
     refined = f"a critical distance from {runs}, and some more that refine it"
@@ -43,9 +43,9 @@ def outlook(task: Task) -> str:
         from coupling.inference.plates import on_modes
         from hertzlink.cases.identification import prepared, question_of
 
-        question, until = prepared(question_of(task.case))
+        question = prepared(question_of(task.case))
         lines.append(f"identify: {count_of(len(question.ranges), 'unknown')}")
-        if on_modes(question.build, question.ranges, until) is not None:
+        if on_modes(question, question.ranges, question.case.until) is not None:
             lines.append("  on the modes of the plate")
     said = [warning for warning in dict.fromkeys(warnings) if "record" not in warning and "until" not in warning]
     return "\n".join([*lines, *(f"warning: {warning}" for warning in said)])

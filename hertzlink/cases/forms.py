@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib import import_module
+from pkgutil import resolve_name
 from types import NoneType
 from typing import Any, NamedTuple, get_args, get_origin
 
@@ -54,7 +55,7 @@ COMMON: dict[type, dict[str, Parameter]] = {}
 
 @dataclass(frozen=True)
 class Of:
-    """A note of an annotation: a table whose entries are the arguments of a function."""
+    """A note of an annotation: a table whose entries are the arguments of a function, or of one by "module:name"."""
 
     target: Any
 
@@ -63,21 +64,20 @@ class Special(NamedTuple):
     """How a table differs from the call of its target.
 
     make: takes the entries; its parameters are entries too. without: parameters of the target that have no entry.
-    named: paths of entries to which names in messages belong.
+    named: paths of entries to which names in messages belong. also: functions whose parameters are entries too.
     """
 
     make: Callable[..., Any]
     without: tuple[str, ...] = ()
     named: Mapping[str, Path] = PLACES
+    also: tuple[Callable[..., Any], ...] = ()
 
 
-def in_cases(
-    *targets: Any, without: tuple[str, ...] = (), named: Mapping[str, Path] = PLACES
-) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register a function as what makes the tables of some targets; see `Special`."""
+def in_cases(*targets: Any, **settings: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register a function as what makes the tables of some targets; settings are those of `Special`."""
 
     def register(make: Callable[..., Any]) -> Callable[..., Any]:
-        SPECIAL.update(dict.fromkeys(targets, Special(make, without, named)))
+        SPECIAL.update(dict.fromkeys(targets, Special(make, **settings)))
         return make
 
     return register
@@ -102,6 +102,8 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
     entries = {name.rstrip("_"): parameter for name, parameter in of.parameters.items()}
     special = SPECIAL.get(target)
     if special is not None:
+        for one in special.also:
+            entries |= Described(one).parameters
         own = {name: one for name, one in Described(special.make).parameters.items() if name != "others"}
         for name, parameter in own.items():
             if parameter.type is Any and not parameter.notes and name in entries:
@@ -178,7 +180,7 @@ def allowed(parameter: Parameter) -> Allowed:
         if inspect.isclass(kind) and kind in TAGS:
             found.tagged.setdefault(TAGS[kind], {}).update(members(kind))
         elif of or (inspect.isclass(kind) and (is_dataclass(kind) or description(kind))):
-            found.plain.append(form_of(of or kind))
+            found.plain.append(form_of(resolve_name(of) if isinstance(of, str) else of or kind))
         # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
         if np.ndarray in (origin, get_origin(getattr(origin, "__value__", None))):
             found.lists.append(Row(list, None, None))

@@ -1,12 +1,15 @@
 """The section [identify] of a case: its question, its signal, the fit and its tables; and maps of taps with a case."""
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from inspect import signature
 from math import inf
 from pathlib import Path as File
 from textwrap import fill
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,20 +17,19 @@ import xarray as xr
 
 from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, Unknown
 from coupling.inference.identify import identify
-from coupling.inference.misfit import OF_SENSORS
-from coupling.inference.prediction import FROM_IMPACT
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO
 from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, waves_at, where
 from coupling.results.provenance import versions
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
 from coupling.sweeps.store import Store
 from hertzlink.cases import Fault, Path, parsed, written
-from hertzlink.cases.case import Build, Case, of_case
-from hertzlink.cases.parts import Identify
-from hertzlink.cases.sweeps import path_of, si_value, unit_at
-from hertzlink.cases.tasks import WIDTH, Answer, Table, count_of_beads, sensors_of
-from structures.caution import collected
+from hertzlink.cases.case import Case, of_case
+from hertzlink.cases.forms import in_cases
+from hertzlink.cases.sweeps import Axis, axis_of, path_of, si_value
+from hertzlink.cases.tasks import WIDTH, Answer, Table, Task, count_of_beads, sensors_of
 from structures.checks import count_of, existing
+from structures.quantities import Asks, Count, Quantity
 
 WIDE = 2.0
 """The range of a nuisance without one: from its value over this factor to its value times it."""
@@ -39,26 +41,51 @@ NOT_IDENTIFIED = 3
 """Exit code where results are written, but an unknown is not identified."""
 
 
-@dataclass(frozen=True)
-class Question:
-    """A question: the unknowns by path, their ranges (SI), units of tables and sizes; nuisances; sensors."""
-
-    case: Case
-    asked: Identify
-    ranges: dict[str, tuple[float, float]]
-    units: dict[str, tuple[str, float]]
-    nuisances: list[str]
-    columns: dict[int, int]
-
-    @property
-    def build(self) -> Build:
-        """What builds the case with values at the paths of the unknowns, for `identify`."""
-        return Build(self.case, {name: parsed(name) for name in self.ranges})
+Calibration = Annotated[float, Quantity("N/V", "a calibration", "25 N/V", low=-inf)]
 
 
-def question_of(case: Case) -> Question:
-    """Return the section [identify], checked; a Fault for what does not fit."""
-    asked = case.identify
+class Asked(NamedTuple):
+    """The section [identify]: columns of beads, ranges of unknowns, nuisances, and further arguments of functions."""
+
+    sensors: Mapping[str, int]
+    unknowns: Mapping[str, tuple[Any, Any]]
+    nuisances: Sequence[str]
+    others: dict[str, Any]
+
+    def of(self, function: Callable[..., Any]) -> dict[str, Any]:
+        """Return those of the further arguments that a function takes."""
+        return {name: value for name, value in self.others.items() if name in signature(function).parameters}
+
+
+@in_cases(
+    identify,
+    also=(read_signal, clean_signal),
+    without=("signal", "build", "guess", "ranges", "path", "baseline", "positions"),
+)
+def asked(
+    sensors: Annotated[
+        Mapping[str, Annotated[int, Count(0)]],
+        Asks("a table of beads and columns, such as { 7 = 1 } for bead 7 in column 1, counted from 0"),
+    ],
+    unknowns: Annotated[
+        Mapping[str, tuple[Any, Any]],
+        Asks('a table of paths and ranges, such as { "structure.thickness" = ["1 mm", "6 mm"] }'),
+    ],
+    calibration: Calibration | Mapping[str, Calibration] | None = None,
+    nuisances: Sequence[str] = (GAIN, TIME_ZERO),
+    **others: Any,
+) -> Asked:
+    """What is found from a measured signal."""
+    each: Any = calibration
+    if isinstance(each, Mapping):
+        each = {int(name): value for name, value in each.items() if name.isdigit()}
+    return Asked(sensors, unknowns, nuisances, {"calibration": each, **others})
+
+
+def question_of(case: Case) -> Task:
+    """Return the task of the section [identify]: its axes are the ranges of the unknowns. A Fault for what does not
+    fit."""
+    asked: Asked | None = case.identify
     if asked is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
     case.only_chain("an identification")
@@ -68,90 +95,69 @@ def question_of(case: Case) -> Question:
             reason = f'"{name}" is no bead of 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
             raise Fault(("identify", "sensors", name), reason)
 
-    ranges: dict[str, tuple[float, float]] = {}
-    units: dict[str, tuple[str, float]] = {}
+    axes: dict[str, Axis] = {}
     for key, ends in asked.unknowns.items():
         place: Path = ("identify", "unknowns", key)
-        path = path_of(key, place)
-        low, high = (si_value(case, path, end, (*place, i)) for i, end in enumerate(ends))
-        if not isinstance(low, int | float) or not isinstance(high, int | float) or low >= high:
+        axis = axis_of(case, key, place, ends)
+        if not axis.is_number or axis.values[0] >= axis.values[1]:
             raise Fault(place, "must have two numbers, the lowest and the highest value")
-        if written(path) in ranges:
+        if axis.name in axes:
             raise Fault(place, f'"{key}" is given twice')
-        ranges[written(path)], units[written(path)] = (float(low), float(high)), unit_at(case, path, ends)[:2]
-    nuisances = []
+        axes[axis.name] = axis
     for i, key in enumerate(asked.nuisances):
         place = ("identify", "nuisances", i)
-        if key not in OF_SENSORS and "." not in key:
-            choices = ", ".join(OF_SENSORS)
-            raise Fault(place, f'"{key}" is none; take {choices}, or a path such as chain.impact_speed')
-        nuisances.append(key if key in OF_SENSORS else written(path := path_of(key, place)))
-        if nuisances[-1] not in (*OF_SENSORS, *ranges):
-            value = case.value(path)
+        if key in OF_SENSORS:
+            continue
+        if "." not in key:
+            raise Fault(place, f'"{key}" is none; take {", ".join(OF_SENSORS)}, or a path such as chain.impact_speed')
+        axis = axis_of(case, key, place)
+        if axis.name not in axes:
+            value = case.value(axis.path)
             if not isinstance(value, int | float) or not value > 0.0:
                 raise Fault(place, f'"{key}" has no value in the case; give it a range in identify.unknowns')
-            ranges[written(path)], units[written(path)] = (value / WIDE, value * WIDE), unit_at(case, path, ())[:2]
-    columns = {int(name): column for name, column in asked.sensors.items()}
-    return Question(case, asked, ranges, units, nuisances, columns)
+            axes[axis.name] = replace(axis, values=[value / WIDE, value * WIDE])
+    return Task(case, tuple(axes.values()), tuple(map(int, asked.sensors)))
 
 
-def signal_of(question: Question, file: File) -> xr.Dataset:
+def signal_of(task: Task, file: File) -> xr.Dataset:
     """Return the measured signal, conditioned; a Fault, or raise a ValueError that names the file."""
-    asked = question.asked
-    calibration: Any = asked.calibration
-    if isinstance(calibration, Mapping):
-        calibration = {int(name): value for name, value in calibration.items() if name.isdigit()}
-    with question.case.located("identify"):
-        signal = read_signal(
-            existing(str(file), file), question.columns, asked.time_column, asked.time_unit, asked.unit, calibration,
-            "lead", None, asked.interval, asked.start, asked.segment,
-        )  # fmt: skip
+    asked: Asked = task.case.identify
+    columns = dict(zip(task.sensors, asked.sensors.values(), strict=True))
+    with task.case.located("identify"):
+        signal = read_signal(existing(str(file), file), columns, **asked.of(read_signal))
         # The lead is short; identify estimates the noise from all samples.
-        return clean_signal(signal, asked.mains).drop_vars("noise")
+        return clean_signal(signal, **asked.of(clean_signal)).drop_vars("noise")
 
 
-def fit(question: Question, signal: xr.Dataset, file: File | None = None) -> Identification:
+def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identification:
     """Return what the signal of a file says about the unknowns, in the units of the case."""
-    asked = question.asked
-    question, until = prepared(question, float(signal.time[-1] - signal.time[0]))
-    settings: dict[str, Any] = dict(question.ranges)
+    task = prepared(task)
+    asked: Asked = task.case.identify
+    nuisances = [key if key in OF_SENSORS else written(parsed(key)) for key in asked.nuisances]
     try:
-        found = identify(
-            signal, question.build, question.nuisances, until=until, noise=asked.noise, seed=asked.seed,
-            discrepancy=asked.discrepancy, **settings,
-        )  # fmt: skip
+        found = identify(signal, task, nuisances, **asked.of(identify), **task.ranges)
     except ValueError as error:
         if file is None or not str(error).startswith("signal: "):
             raise
         raise ValueError(f"{file}{str(error).removeprefix('signal')}") from None
-    shown = dict(found.unknowns)
-    for name, (unit, size) in question.units.items():
-        shown[name] = replace(shown[name], unit=unit, unit_size=size)
-    return replace(found, unknowns=shown)
+    shown = {axis.name: replace(found[axis.name], unit=axis.unit, unit_size=axis.size) for axis in task.axes}
+    return replace(found, unknowns=found.unknowns | shown)
 
 
-def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
-    """Return the question of a case whose runs are as long as its signal counts, and that length, s. record: s.
-
-    A rod gets the same mesh at all values.
-    """
-    until = question.asked.until
-    ends = [{name: both[end] for name, both in question.ranges.items()} for end in (0, 1)]
-    if until is None:
-        with collected():
-            middle = {name: 0.5 * sum(both) for name, both in question.ranges.items()}
-            until = min(record, FROM_IMPACT * question.build(**middle).chain.transit_time)
-    question = replace(question, case=question.case.changed({"run.until": until, "run.accuracy": "default"}))
-    body = question.case.all("structure")[0]
-    varies = any(name.startswith("structure") for name in question.ranges)
+def prepared(task: Task) -> Task:
+    """Return the task with runs as long as the signal counts. A rod gets the same mesh at all values."""
+    case: Case = task.case
+    case = case.changed({"run.until": case.identify.others["until"], "run.accuracy": "default"})
+    body = case.all("structure")[0]
+    varies = any(name.startswith("structure") for name in task.ranges)
     if body.form.kind == "rod" and "elements" not in body.entries and varies:
-        meshes = [question.build(**at).structure.structure.origin["elements"] for at in ends]
-        elements = min(max(map(max, meshes)), MOST_ELEMENTS)
-        question = replace(question, case=question.case.changed({"structure.elements": elements}))
-    return question, until
+        ends = [{name: both[end] for name, both in task.ranges.items()} for end in (0, 1)]
+        meshes = [replace(task, case=case)(**at).structure.structure.origin["elements"] for at in ends]
+        case = case.changed({"structure.elements": min(max(map(max, meshes)), MOST_ELEMENTS)})
+    return replace(task, case=case)
 
 
-def answer_of(question: Question, found: Identification) -> Answer:
+def answer_of(task: Task, found: Identification) -> Answer:
     """Return what was found: tables, the case with the values found, and a simulation to sketch."""
     unknowns = found.unknowns.items()
     rows = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in unknowns]
@@ -164,69 +170,60 @@ def answer_of(question: Question, found: Identification) -> Answer:
             traces[f"{quantity} at bead {bead} (N)"] = found.data[quantity].sel(sensor=bead).values
 
     in_case = replace(found, warnings=[of_case(warning) for warning in found.warnings])
-    values = {name: found[name].value for name in question.ranges}
-    best = {"identified.toml" if found.explained else "best_fit.toml": question.case.changed(values).to_toml()}
-    result = found.to_dataset().assign_attrs(case=question.case.to_toml())
+    values = {name: found[name].value for name in task.ranges}
+    best = {"identified.toml" if found.explained else "best_fit.toml": task.case.changed(values).to_toml()}
+    result = found.to_dataset().assign_attrs(case=task.case.to_toml())
     code = 0 if found.identified else NOT_IDENTIFIED
     notes = str(in_case).splitlines()[1 + len(found.unknowns) :]
     tables = [table, Table("fit.csv", pd.DataFrame(traces))]
-    return Answer(result, tables, notes, sketched=question.build(**values), others=best, code=code)
+    return Answer(result, tables, notes, sketched=task(**values), others=best, code=code)
 
 
-@dataclass(frozen=True)
-class Taken:
-    """What is asked at each point of a map: the section [identify] of a case, or AR and TOF without one."""
+def tap_of(case: Case, file: File) -> xr.Dataset:
+    """Return the signal of a file of a map. Without [identify], its columns 1, 2, … are the sensors of [measure]."""
+    if case.identify is not None:
+        return signal_of(question_of(case), file)
+    columns = {sensor: column for column, sensor in enumerate(sensors_of(case, case), 1)}
+    try:
+        signal = read_signal(file, columns, calibration=1.0)  # AR and TOF do not depend on it
+    except ValueError as error:
+        if not str(error).startswith("calibration"):
+            raise
+        signal = read_signal(file, columns)
+    return clean_signal(signal)
 
-    case: Case
 
-    def read(self, file: File) -> xr.Dataset:
-        """Return the signal of a file. Without [identify], its columns 1, 2, … are the sensors of [measure]."""
-        if self.case.identify is not None:
-            return signal_of(question_of(self.case), file)
-        columns = {sensor: column for column, sensor in enumerate(sensors_of(self.case, self.case), 1)}
-        try:
-            signal = read_signal(file, columns, calibration=1.0)  # AR and TOF do not depend on it
-        except ValueError as error:
-            if not str(error).startswith("calibration"):
-                raise
-            signal = read_signal(file, columns)
-        return clean_signal(signal)
-
-    def answer(self, signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
-        """Return what the signal says at a point, whose entries the case gets."""
-        entries = {name: value for name, value in point.items() if "." in name}
-        return fit(question_of(self.case.changed(entries)), signal)
-
-    def convert(self, name: str, text: str, unit: str) -> Any:
-        """Return the value (SI) that an entry of the case gets from a cell; other columns, without a point in their
-        name, as they are."""
-        if "." not in name:
-            return text
-        path = path_of(name, ())
-        asked = self.case.identify.unknowns if self.case.identify else ()
-        if path in (path_of(key, ()) for key in asked):
-            raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
-        value: Any = f"{text} {unit}".strip()
-        if not unit:
-            try:
-                value = float(text)
-            except ValueError:
-                value = text
-        return si_value(self.case, path, value, path)
+def fit_at(case: Case, signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
+    """Return what the signal says at a point of a map, whose entries the case gets."""
+    entries = {name: value for name, value in point.items() if "." in name}
+    return fit(question_of(case.changed(entries)), signal)
 
 
 def grid_of(case: Case, table: File) -> Grid:
     """Return the points of a table, or of points.csv in a folder, checked with the case."""
-    if case.identify is not None:
-        question_of(case)
-    return read_grid(table, Taken(case).convert)
+    unknowns = [] if case.identify is None else [axis.path for axis in question_of(case).axes]
+
+    def convert(name: str, text: str, unit: str) -> Any:
+        """Return the value (SI) that an entry of the case gets from a cell; a column that names none as it is."""
+        if "." not in name:
+            return text
+        path = path_of(name, ())
+        if path in unknowns:
+            raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
+        value: Any = f"{text} {unit}".strip()
+        if not unit:
+            with suppress(ValueError):
+                value = float(text)
+        return si_value(case, path, value, path)
+
+    return read_grid(table, convert)
 
 
 def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
     """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
-    taken, toml = Taken(case), case.to_toml()
+    toml, answer = case.to_toml(), waves_at if case.identify is None else partial(fit_at, case)
     keep.mkdir(exist_ok=True)
-    work = Taps(waves_at if case.identify is None else taken.answer, 0.0, taken.read, Store(keep))
+    work = Taps(answer, 0.0, partial(tap_of, case), Store(keep))
     data = mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{toml}").assign_attrs(case=toml)
     failed = [
         fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)

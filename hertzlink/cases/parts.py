@@ -35,7 +35,6 @@ from structures.quantities import (
     OneOf,
     Quantity,
     RelaxationTime,
-    Time,
 )
 from structures.reduction import reduce
 from structures.structure import Structure
@@ -267,36 +266,6 @@ class Measure:
     critical_distance: CriticalDistance | None = None
 
 
-Calibration = Annotated[float, Quantity("N/V", "a calibration", "25 N/V", low=-float("inf"))]
-
-
-@dataclass(frozen=True)
-class Identify:
-    """What is found from a measured signal."""
-
-    sensors: Annotated[
-        Mapping[str, Number],
-        Asks("a table of beads and columns, such as { 7 = 1 } for bead 7 in column 1, counted from 0"),
-    ]
-    unknowns: Annotated[
-        Mapping[str, tuple[Any, Any]],
-        Asks('a table of paths and ranges, such as { "structure.thickness" = ["1 mm", "6 mm"] }'),
-    ]
-    calibration: Calibration | Mapping[str, Calibration] | None = None
-    nuisances: Sequence[str] = ("gain", "time_zero")
-    until: Interval | None = None
-    time_column: Number | None = None
-    time_unit: str | None = None
-    unit: str | None = None
-    interval: Interval | None = None
-    start: Time | None = None
-    segment: Sensor | None = None
-    mains: Annotated[float, Quantity("Hz", "a frequency", "50 Hz")] | None = None
-    noise: Annotated[float, Quantity("N", "a force", "0.2 N")] | None = None
-    discrepancy: Annotated[float, Quantity(or_zero=True)] = 0.0
-    seed: Number = 0
-
-
 @dataclass(frozen=True)
 class Sections:
     """The sections of a case."""
@@ -311,4 +280,4 @@ class Sections:
     sweep: Mapping[str, Values] | None = None
     measure: Measure | None = None
     sensitivities: Mapping[str, float | str] | None = None
-    identify: Identify | None = None
+    identify: Annotated[dict[str, Any], Of("hertzlink.cases.identification:identify")] | None = None

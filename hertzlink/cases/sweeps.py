@@ -21,7 +21,7 @@ from coupling.plots.canvas import in_words
 from coupling.results.findings import findings_of
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases import Fault, Path, entry, parsed, shown, written
-from hertzlink.cases.case import Build, Case
+from hertzlink.cases.case import Case
 from hertzlink.cases.forms import allowed
 from hertzlink.cases.reader import Call, number
 from hertzlink.cases.tasks import WIDTH, Table, Task, above_one, shown_of
@@ -94,25 +94,31 @@ def axes_of(case: Case) -> tuple[Axis, ...]:
     reserved = OWN_NAMES | (OF_CRITICAL if case.measure.critical_distance else set())
     for key, given in case.tree.entries.get("sweep", {}).items():
         place: Path = ("sweep", key)
-        path = path_of(key, place)
-        if any(axis.path == path for axis in axes):
+        axis = axis_of(case, key, place, given)
+        if any(axis.path == other.path for other in axes):
             raise Fault(place, "is given twice")
-        if isinstance(given, Call):
-            values, texts = _steps(case, path, place, given), [*given.entries.values()]
-        else:
-            values, texts = [si_value(case, path, value, (*place, i)) for i, value in enumerate(given)], given
-            for i, value in enumerate(values):
-                if value in values[:i]:
-                    raise Fault((*place, i), f"{shown(given[i])} is given twice")
-
-        last = written(path[-2:] if isinstance(path[-1], int) else path[-1:])
+        for i, value in enumerate(given if isinstance(given, list) else ()):
+            if axis.values[i] in axis.values[:i]:
+                raise Fault((*place, i), f"{shown(value)} is given twice")
+        last = written(axis.path[-2:] if isinstance(axis.path[-1], int) else axis.path[-1:])
         last = {"at[0]": "x", "at[1]": "y"}.get(last, last)
-        label = written(path) if last in [axis.label for axis in axes] else last
-        name = re.sub(r"\W+", "_", written(path) if label in reserved else label).strip("_")
-        axes.append(Axis(path, place, label, name, values, *unit_at(case, path, texts), words_of(case, path)))
+        label = axis.name if last in [other.label for other in axes] else last
+        name = re.sub(r"\W+", "_", axis.name if label in reserved else label).strip("_")
+        axes.append(replace(axis, label=label, name=name))
     if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
         raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
     return tuple(sorted(axes, key=lambda axis: axis.path[0] == "chain"))
+
+
+def axis_of(case: Case, key: str, place: Path, given: Any = ()) -> Axis:
+    """Return the axis of an entry: it is named by its path. given: its values as typed, or what makes them."""
+    path = path_of(key, place)
+    if isinstance(given, Call):
+        values, texts = _steps(case, path, place, given), [*given.entries.values()]
+    else:
+        values, texts = [si_value(case, path, value, (*place, i)) for i, value in enumerate(given)], given
+    name = written(path)
+    return Axis(path, place, name, name, values, *unit_at(case, path, texts), words_of(case, path))
 
 
 def _steps(case: Case, path: Path, place: Path, given: Call) -> list[Any]:
@@ -146,13 +152,13 @@ def builder_of(task: Task) -> Callable[..., CoSimulation]:
     axes = {"distance" if axis is task.along else axis.name: axis for axis in task.axes}
     plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
     if plates < FEWEST_ON_MODES and task.along is None:
-        return task.build
+        return task
     start, changes = {name: axis.values[0] for name, axis in axes.items()}, list[dict[str, Any]]()
     for name, axis in axes.items():
         ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
         changes += [{name: value} for value in ends]
-    on_modes = modes_of([partial(task.build, **(start | change)) for change in [{}, *changes]], task.case.until)
-    return task.build if on_modes is None else partial(on_modes, task.build)
+    on_modes = modes_of([partial(task, **(start | change)) for change in [{}, *changes]], task.case.until)
+    return task if on_modes is None else partial(on_modes, task)
 
 
 def path_of(key: str, place: Path) -> Path:
@@ -278,39 +284,40 @@ def critical_tables(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str
     return tables, below
 
 
-def budget_of(case: Case) -> tuple[Build, dict[str, tuple[float, float]]]:
-    """Return what builds the case from the entries of [sensitivities], and their values and standard uncertainties."""
+def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
+    """Return the task of [sensitivities], whose axes are its entries, and their values and standard uncertainties."""
     case.only_chain("an uncertainty budget")
     if case.tree.entries.get("sweep"):
         raise Fault(("sensitivities",), "is that of one run; leave out [sweep], or this section")
-    paths, units, inputs = dict[str, Path](), dict[str, str](), dict[str, tuple[float, float]]()
+    axes, inputs = list[Axis](), dict[str, tuple[float, float]]()
     for key, text in case.tree.entries["sensitivities"].items():
         place = ("sensitivities", key)
-        path = path_of(key, place)
-        stated = entry(case.data, path)
-        stated = case.value(path) if stated is None else stated
-        value = si_value(case, path, 1.0 if stated is None else stated, place)
+        axis = axis_of(case, key, place)
+        stated = entry(case.data, axis.path)
+        stated = case.value(axis.path) if stated is None else stated
+        value = si_value(case, axis.path, 1.0 if stated is None else stated, place)
         if stated is None:
             raise Fault(place, "is not written in the case; give its value there first")
         if not isinstance(value, float) or value == 0.0:
             raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
 
-        quantity, match = size_of(case, path), NUMBER.fullmatch(str(text))
+        match = NUMBER.fullmatch(str(text))
         part = match and match[2] in PARTS
-        spread = spread_of(str(text), value) if part else number(text, quantity, place)
+        spread = spread_of(str(text), value) if part else number(text, size_of(case, axis.path), place)
         if isnan(spread):
             raise Fault(place, f'{shown(text)} must be a standard uncertainty, such as "0.02 mm" or "2 %"')
-        paths[key], units[key], inputs[key] = path, quantity.unit_in_files, (value, spread)
-    return Build(case, paths, units), inputs
+        axes.append(replace(axis, name=key))
+        inputs[key] = value, spread
+    return Task(case, tuple(axes)), inputs
 
 
 def with_budget(case: Case, data: xr.Dataset, sensor: int) -> xr.Dataset:
     """Return a run with the budget of AR and TOF at a sensor, without the findings that the run has already."""
-    build, inputs = budget_of(case)
+    task, inputs = budget_of(case)
     findings, spreads = findings_of(data), dict[str, Any](inputs)
     with case.located(), collected() as said:
         try:
-            budget = uncertainty(build, case.until, sensor, **spreads)
+            budget = uncertainty(task, case.until, sensor, **spreads)
         except ValueError as error:
             key, _, reason = str(error).partition(": ")
             raise Fault(("sensitivities", key), reason) if key in inputs else error from error

@@ -4,7 +4,7 @@ What belongs to sweeps alone is loaded from `sweeps` where a case has one.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -46,7 +46,7 @@ HEADS = {
 
 @dataclass(frozen=True)
 class Task:
-    """The task of a case, checked before anything runs: its axes, its sensors, the axis of a critical distance."""
+    """A task of a case, checked before anything runs: its axes, its sensors, the axis of a critical distance."""
 
     case: Case
     axes: tuple["Axis", ...]
@@ -64,11 +64,21 @@ class Task:
         return tuple(axis for axis in self.axes if axis is not self.along)
 
     @property
+    def ranges(self) -> dict[str, Any]:
+        """The first and the last value of each axis (SI) by its name."""
+        return {axis.name: (float(axis.values[0]), float(axis.values[-1])) for axis in self.axes}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The SI unit of each axis by its name, for messages and budgets."""
+        return {axis.name: axis.si for axis in self.axes}
+
+    @property
     def kind(self) -> str:
         """One run, a sweep, or a critical distance."""
         return "critical distance" if self.along is not None else "sweep" if self.axes else "run"
 
-    def build(self, **values: Any) -> CoSimulation:
+    def __call__(self, **values: Any) -> CoSimulation:
         """Return the co-simulation at values of the axes; `distance` is that of the critical distance.
 
         What is refused of an axis is a Fault of [sweep], in the unit of the user.
@@ -86,7 +96,7 @@ class Task:
                 self.case.changed(changes | {axis.path: axis.typed(value)}).simulation()
             except Fault as typed:
                 reason = typed.reason
-            listed = isinstance(entry(self.case.data, axis.place), list)
+            listed = isinstance(entry(self.case.data, axis.place), list) and value in axis.values
             raise Fault((*axis.place, axis.values.index(value)) if listed else axis.place, reason) from None
 
 
@@ -171,7 +181,8 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
 
 def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     """Run it."""
-    case, measure, build = task.case, task.case.measure, task.build
+    case, measure = task.case, task.case.measure
+    build: Callable[..., CoSimulation] = task
     axes: dict[str, Any] = {axis.name: axis.values for axis in task.others}
     if task.axes:
         from hertzlink.cases.sweeps import builder_of
