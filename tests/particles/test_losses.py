@@ -110,6 +110,14 @@ def test_restitution_holds_at_any_speed_and_mass(striker: hl.Sphere, bead: hl.Sp
         assert rebound(striker, bead, speed, hl.Restitution(wanted)) == pytest.approx(wanted, rel=1e-3)
 
 
+@pytest.mark.parametrize("coefficient", [0.05, 0.5, 1.5])
+def test_tsujis_coefficient_gives_antypovs_restitution(coefficient: float) -> None:
+    """α = √5 ζ, and e = exp(−2θ/tan θ) with cos θ = ζ (Antypov and Elliott, EPL 94 (2011) 50004)."""
+    angle = np.arccos(coefficient / np.sqrt(5.0))
+    expected = np.exp(-2.0 * angle / np.tan(angle))
+    assert rebound(SMALL, LARGE, 0.3, hl.Tsuji(coefficient)) == pytest.approx(expected, rel=1e-3)
+
+
 def reduced(striker: hl.Sphere, bead: hl.Sphere) -> tuple[float, float]:
     """Reduced mass and stiffness."""
     mass = striker.mass * bead.mass / (striker.mass + bead.mass)
