@@ -23,7 +23,7 @@ from coupling.results.measures import energy_error
 from coupling.results.provenance import stored
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of, unit_of
-from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave
+from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave, Wave
 from hertzlink.reports import HEIGHT, WIDTH, Page, Picture, Table, drawn
 from structures.checks import count_of
 from structures.units import handy
@@ -48,31 +48,32 @@ FRESH_SPOT = (
 def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) -> Page:
     """Return the page of a run or a signal. yielded: the same run with contacts that yield."""
     reading, is_run = Reading(data), kind_of(data) == RUN
-    numbers = traces.sensors_of(reading, sensors)
-    page = Page("Run" if is_run else "Measured signal")
-    several = data.sizes.get("chain", 1) > 1
-    for i in range(data.sizes.get("chain", 1)):
-        who, name = (f" of chain {i}", f"-chain-{i}") if several else ("", "")
-        one = data.isel(chain=i) if several else data
-        fresh = yielded.isel(chain=i) if several and yielded is not None else yielded
+    numbers, count = traces.sensors_of(reading, sensors), data.sizes.get("chain", 1)
+    page, beads = Page("Run" if is_run else "Measured signal"), ", ".join(map(str, numbers))
+    for i in range(count):
+        who, name = (f" of chain {i}", f"-chain-{i}") if count > 1 else ("", "")
+        spots = {"": data} if yielded is None else {"": data, ", fresh spot": yielded}
+        one, *fresh = spots.values() if count == 1 else (spot.isel(chain=i) for spot in spots.values())
         page.sentences.append(f"At bead {numbers[0]}{who} {waves_in_words(one, numbers[0])}.")
-        if fresh is not None:
-            page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(fresh, numbers[0])}.")
+        for spot in fresh:
+            page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(spot, numbers[0])}.")
 
-        def forces(ax: Any, one: xr.Dataset = one, fresh: xr.Dataset | None = fresh) -> None:
+        def forces(ax: Any, one: xr.Dataset = one, fresh: list[xr.Dataset] = fresh) -> None:
             traces.traces(one, numbers, ax)
-            if fresh is not None:
-                traces.on_a_fresh_spot(fresh, numbers, ax)
+            for spot in fresh:
+                traces.on_a_fresh_spot(spot, numbers, ax)
 
-        beads = ", ".join(map(str, numbers))
         words = f"Force at bead{'s' * (len(numbers) > 1)} {beads}{who}, and its waves."
         page.pictures.append(drawn(f"traces{name}", words, forces))
         if is_run and not Reading(one).at_sensors:
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
             page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
-        rows = [row for number in numbers for row in wave_rows(one, number)]
-        if fresh is not None:
-            rows += [row for number in numbers for row in wave_rows(fresh, number, ", fresh spot")]
+        rows = [
+            (f"bead {number}, {wave}{spot}", *cells)
+            for spot, run in zip(spots, (one, *fresh), strict=True)
+            for number in numbers
+            for wave, cells in wave_cells(run, number)
+        ]
         head = "sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark"
         page.tables.append(Table(f"AR and TOF at the sensors{who}", head, rows))
         if budgets := json.loads(one.attrs.get(UNCERTAINTY, "{}")):
@@ -90,36 +91,36 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
     return page
 
 
-def waves_in_words(data: xr.Dataset, sensor: int) -> str:
+def waves_at(data: xr.Dataset, sensor: int) -> dict[str, Wave | NoWave]:
+    """Return the waves at a sensor by name; of a signal that lacks the samples of a peak, why none can be read."""
     try:
-        waves = reflections(data, sensor)
+        return reflections(data, sensor)._asdict()
     except ValueError as error:
-        return f"no AR and TOF can be read: {error}"
-    if isinstance(waves.primary, NoWave):
-        return f"no reflected wave is found: {waves.primary.reason}"
-    found = {name: wave.texts for name, wave in waves._asdict().items() if isinstance(wave, ReflectedWave)}
+        return {"primary": NoWave("primary", str(error))}
+
+
+def waves_in_words(data: xr.Dataset, sensor: int) -> str:
+    waves = waves_at(data, sensor)
+    if isinstance(waves["primary"], NoWave):
+        return f"no reflected wave is found: {waves['primary'].reason}"
+    found = {name: wave.texts for name, wave in waves.items() if isinstance(wave, ReflectedWave)}
     return " and ".join(
         f"the {name} wave has AR {ratio} and TOF {flight} µs" for name, (ratio, flight) in found.items()
     )
 
 
-def wave_rows(data: xr.Dataset, sensor: int, spot: str = "") -> Iterator[tuple[str, ...]]:
-    """Yield a row for each wave at a sensor. spot: which, in words."""
-    try:
-        waves = reflections(data, sensor)
-    except ValueError as error:
-        yield f"bead {sensor}", "", "", "", "", str(error)
-        return
-    for name, wave in waves._asdict().items():
-        numbers, remarks = ("", "", "", ""), list[str]()
+def wave_cells(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield the name and the cells of each wave at a sensor: peak, arrival, AR, TOF and a remark."""
+    for name, wave in waves_at(data, sensor).items():
         if isinstance(wave, NoWave):
-            remarks = [f"none; {wave.reason}"]
-        else:
-            numbers = (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *getattr(wave, "texts", ("", "")))
+            yield name, ("", "", "", "", f"none; {wave.reason}")
+            continue
+        texts, remarks = ("", ""), list[str]()
         if isinstance(wave, ReflectedWave):
-            remarks = [f"begins at the {wave.begins}"] * (wave.begins != "unknown")
+            texts = wave.texts
+            remarks += [f"begins at the {wave.begins}"] * (wave.begins != "unknown")
             remarks += [ABOVE_ONE] * (wave.amplitude_ratio > 1.0)
-        yield f"bead {sensor}, {name}{spot}", *numbers, "; ".join(remarks)
+        yield name, (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *texts, "; ".join(remarks))
 
 
 def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
@@ -213,7 +214,7 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
                 said = "has an influence that is not known, as the record ends before the wave comes back"
             elif not np.isfinite(high):
                 distance, between = f"more than {low:.4g}", "greater distances are needed"
-                said = f"still has an influence at {low:.4g} {unit}, so greater distances are needed"
+                said = f"still has an influence at {low:.4g} {unit}, so {between}"
             elif low <= 0.0:
                 distance = f"less than {distance}"
                 said = f"has no influence from the smallest distance on, {high:.4g} {unit}"
@@ -319,66 +320,48 @@ def unknown_in_words(unknown: Unknown) -> str:
 
 def map_page(data: xr.Dataset) -> Page:
     """Return what differs at which points, and maps with their table."""
-    page = Page("Map")
-    wanted = [str(name) for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
-    count = data.sizes["point"]
-    for name in wanted:
+    page, count = Page("Map"), data.sizes["point"]
+    names = [name for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
+    data = data.sel(unknown=names)
+    for name in map(str, names):
         page.sentences.append(difference_in_words(data.sel(unknown=name), name))
         for what, words in (("value", "values"), ("error", "half of the 95 % intervals")):
             draw = partial(mapped, data, name, what)
             page.pictures.append(drawn(f"{name}-{what}".replace(".", "-"), f"{in_words(name)}: {words}.", draw, 4.4))
-    verdicts = [
-        ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row))
-        for row in data.verdict.sel(unknown=wanted).values.tolist()
-    ]
-    counts = ", ".join(f"{many} {verdict}" for verdict, many in Counter(verdicts).items())
+
+    points, rows, failed = [data.isel(point=k) for k in range(count)], list[list[str]](), list[list[str]]()
+    for point in points:
+        place = [f"{float(point[axis]) / data[axis].attrs['size']:g}" for axis in "xy"]
+        found = ["{} ({})".format(*one.row()[1:3]) for one in unknowns_of(point)]
+        verdict = ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in point.verdict.values.tolist()))
+        rows.append([*place, str(int(point.taps)), *found, verdict])
+        if error := str(point.error.item()):
+            failed.append([*place, str(point.files.item()), error])
+    counts = ", ".join(f"{many} {verdict}" for verdict, many in Counter(row[-1] for row in rows).items())
     page.sentences.append(f"{count_of(count, 'point')}: {counts}.")
     along = [f"{axis} ({data[axis].attrs['unit']})" for axis in "xy"]
-    rows, failed = [], []
-    for k in range(count):
-        point = data.isel(point=k)
-        place = [f"{float(point[axis]) / data[axis].attrs['size']:g}" for axis in "xy"]
-        cells = [one.row()[1:3] for one in map_unknowns(point, wanted)]
-        rows.append(
-            [*place, str(int(point.taps)), *(f"{value} ({interval})" for value, interval in cells), verdicts[k]]
-        )
-        if str(point.error.item()):
-            failed.append([*place, str(point.files.item()), str(point.error.item())])
-    heads = [f"{in_words(one.name)} ({one.unit})" for one in map_unknowns(data.isel(point=0), wanted)]
+    heads = [f"{in_words(one.name)} ({one.unit})" for one in unknowns_of(points[0])]
     page.tables.append(Table("Points", [*along, "taps", *heads, "verdict"], rows))
     if failed:
         page.tables.append(Table("Points that failed", [*along, "files", "reason"], failed))
     return page
 
 
-def map_unknowns(point: xr.Dataset, names: list[str]) -> Iterator[Unknown]:
-    for one in (point.sel(unknown=name) for name in names):
-        interval = float(one.low), float(one.high)
-        unit, size = str(one.unit.item()), float(one.unit_size)
-        yield Unknown(str(one.unknown.item()), float(one.value), interval, str(one.verdict.item()), unit, size)
-
-
 def difference_in_words(one: xr.Dataset, name: str) -> str:
     """Return at how many points an unknown differs from the median by more than its interval and the usual scatter."""
     words, unit = in_words(name.split(".")[-1]), str(one.unit.item())
-    known = np.isin(one.verdict.values, (IDENTIFIED, MEASURED))
-    value, half = (
-        numbers[known] / float(one.unit_size) for numbers in (one.value.values, (one.high - one.low).values / 2.0)
-    )
+    known = one.isel(point=np.isin(one.verdict.values, (IDENTIFIED, MEASURED)))
+    value, width = (numbers.values / float(one.unit_size) for numbers in (known.value, known.high - known.low))
     if not value.size:
         return f"No point has a {words} to rely on."
     middle = float(np.median(value))
-    scatter = 1.4826 * float(np.median(abs(value - middle)))  # that of a normal distribution, from its median
     away = value - middle
-    other = abs(away) > np.maximum(3.0 * scatter, np.nan_to_num(2.0 * half))
-    sides = {"lower": away[other & (away < 0.0)], "higher": away[other & (away > 0.0)]}
-    if name.endswith("thickness"):
-        sides = {"thinner": sides["lower"], "thicker": sides["higher"]}
-    texts = []
-    for side, sizes in sides.items():
+    scatter = 1.4826 * float(np.median(abs(away)))  # that of a normal distribution, from its median
+    away = away[abs(away) > np.maximum(3.0 * scatter, np.nan_to_num(width))]
+    sides, texts = ("thinner", "thicker") if name.endswith("thickness") else ("lower", "higher"), list[str]()
+    for side, sizes in zip(sides, (-away[away < 0.0], away[away > 0.0]), strict=True):
         if sizes.size:
-            least, most = (f"{size:.2g}" for size in (abs(sizes).min(), abs(sizes).max()))
-            by = least if least == most else f"{least} to {most}"
+            by = " to ".join(dict.fromkeys(f"{size:.2g}" for size in (sizes.min(), sizes.max())))
             texts.append(f"{sizes.size} of {value.size} points are {by} {unit} {side}")
     if texts:
         return f"{' and '.join(texts)} than the median {words} of {middle:.4g} {unit}."
