@@ -63,8 +63,7 @@ def test_another_speed_is_found_with_its_numbers_and_its_input(run: xr.Dataset, 
 
 def test_a_trace_of_the_same_norm_is_not_the_same(run: xr.Dataset, reference: Path) -> None:
     turned = run.assign(contact_force=run.contact_force.isel(time=slice(None, None, -1)).assign_coords(time=run.time))
-    said = complaint(turned, reference, rtol={"amplitude_ratio": 1e9, "time_of_flight": 1e9})
-    assert "force at the last contact" in said
+    assert "force at the last contact" in complaint(turned, reference)
 
 
 def test_a_wave_that_is_missing_is_a_difference(run: xr.Dataset, tmp_path: Path) -> None:
@@ -150,7 +149,6 @@ def test_a_write_that_fails_leaves_the_reference(
     ("given", "message"),
     [
         ({"rtol": -1.0}, "rtol = -1.0: must be zero or a positive number"),
-        ({"rtol": {"speed": 1.0}}, "rtol = 'speed': must be one of"),
         ({"sensors": 7}, "sensors = 7: must be a list"),
         ({"sensors": [99]}, "sensor = 99: must be a bead from 1 to 12"),
         ({"update": "yes"}, "update = 'yes': must be True, False or None"),

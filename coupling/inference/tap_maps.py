@@ -1,15 +1,16 @@
 """Maps of a structure: taps at the points of a grid, each identified, or read for AR and TOF, by itself."""
 
-import csv
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from scipy.signal import lfilter
 from scipy.stats import chi2
@@ -114,9 +115,7 @@ def map_taps(
 def _si(name: str, text: str, unit: str) -> Any:
     """Return a cell in SI units; text that is no number as it is, but for x and y."""
     value, match = in_si(f"{text} {unit}".strip()), NUMBER.fullmatch(text)
-    if name in ("x", "y") and (match is None or match[2]):
-        raise ValueError(f"{short(text)} is no number")
-    if unit and np.isnan(value):
+    if (name in ("x", "y") and (match is None or match[2])) or (unit and np.isnan(value)):
         raise ValueError(f"{short(text)} is no number with the unit {unit}")
     return text if np.isnan(value) else value
 
@@ -129,34 +128,32 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
     try:
         text = file.read_text(encoding="utf-8-sig")
         semicolons = ";" in text.partition("\n")[0]
-        lines = csv.reader(text.splitlines(), delimiter=";" if semicolons else ",", skipinitialspace=True)
-        rows = [(n, [cell.strip() for cell in line]) for n, line in enumerate(lines, 1) if any(map(str.strip, line))]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{file}: is not a table of text in UTF-8 ({error})") from None
-    heads = [[part.strip(" ()") for part in HEAD.findall(cell)[0]] for cell in (rows[0][1] if rows else [])]
-    names = [name for name, *_ in heads]
+        cells = pd.read_csv(
+            StringIO(text), sep=";" if semicolons else ",", header=None, dtype=str, skipinitialspace=True,
+            keep_default_na=False, skip_blank_lines=False,
+        ).fillna("").map(str.strip).values.tolist()  # fmt: skip
+    except ValueError as error:  # of pandas, or of what is no text in UTF-8
+        raise ValueError(f"{file}: is not a table with the columns x / mm, y / mm and file ({error})") from None
+    heads = [[part.strip(" ()") for part in HEAD.findall(cell)[0]] for cell in cells[0]]
+    names, units = [name for name, *_ in heads], {name: unit for name, _, unit in heads}
     for name in ("x", "y", "file"):
         if names.count(name) != 1:
             raise ValueError(f"{file}: has the columns {short(names)}, must have one {name}: x / mm, y / mm, file")
-    of_x, of_y = (heads[names.index(name)][2] for name in "xy")
-    for name, unit in (("x", of_x), ("y", of_y)):
         try:
-            factor(unit, "m")
+            factor(units[name] if name != "file" else "m", "m")
         except ValueError:
             must = f"must have one of length: {name} / mm"
-            raise ValueError(f'{file}: column {name} has the unit "{unit}", {must}') from None
+            raise ValueError(f'{file}: column {name} has the unit "{units[name]}", {must}') from None
 
     points, line_of = dict[tuple[Any, ...], dict[str, Any]](), dict[str, int]()
-    for number, row in rows[1:]:
-        line, tap, point = f"{file}:{number}", "", dict[str, Any]()
-        if len(row) > len(heads):
-            raise ValueError(f"{line}: has {count_of(len(row), 'cell')} under {count_of(len(heads), 'column')}")
-        for (name, entry, unit), cell in zip(heads, [*row, *[""] * len(heads)], strict=False):
+    for number, row in enumerate(cells[1:], 2):
+        if not any(row):
+            continue
+        line, tap, point = f"{file}:{number}", row[names.index("file")], dict[str, Any]()
+        for (name, entry, unit), cell in zip(heads, row, strict=True):
             decimal = cell.replace(",", ".") if semicolons else cell
             try:
-                if name == "file":
-                    tap = cell
-                else:
+                if name != "file":
                     point[name] = (_si if name in ("x", "y") else convert)(name, decimal, unit)
                 if entry:
                     point[entry] = convert(entry, decimal, unit)
@@ -171,7 +168,7 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
         points.setdefault(tuple(point.items()), {**point, "files": []})["files"].append(str(file.parent / tap))
     if not points:
         raise ValueError(f"{file}: has no points below its head")
-    return Grid(list(points.values()), (of_x, of_y))
+    return Grid(list(points.values()), (units["x"], units["y"]))
 
 
 @dataclass(frozen=True)
@@ -188,7 +185,7 @@ class Taps(Task):
     def run(self, point: Point) -> xr.Dataset:
         """Return the answer at a point, with all warnings in its attributes; a ValueError where no tap has one."""
         assert self.measure is not None
-        others = {name: value for name, value in point.items() if name not in ("files", "key", "sums")}
+        others = {name: value for name, value in point.items() if name not in ("files", "sums")}
         answers, refused = list[xr.Dataset](), list[ValueError]()
         with collected() as messages:
             for name in point["files"]:
@@ -203,10 +200,10 @@ class Taps(Task):
                     refused.append(error)
         if not answers:
             raise refused[0]
-        fitting = [answer for answer in answers if NOT_TRUSTED not in answer.verdict.values]
-        data, findings = _together(fitting or answers)
+        fitting = [answer for answer in answers if NOT_TRUSTED not in answer.verdict.values] or answers
+        data, findings = _together(fitting)
         findings += [f"tap left out: {error}" for error in refused]
-        findings += ["tap left out: the model does not fit it"] * (len(answers) - len(fitting or answers))
+        findings += ["tap left out: the model does not fit it"] * (len(answers) - len(fitting))
         findings += [line for answer in answers for line in findings_of(answer)]
         return with_warnings(data, [*findings, *messages])
 
@@ -272,16 +269,14 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
     return xr.Dataset({name: ("unknown", column) for name, column in columns.items()}, {"unknown": names})
 
 
-def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") -> xr.Dataset:
-    """Return the map of all points. key: what else an answer in the store depends on."""
+def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
+    """Return the map of all points. A store knows an answer by the content of the files."""
+    files = [[Path(name) for name in point["files"]] for point in grid.points]
+    sums = [[sha256(one.read_bytes()).hexdigest() if one.is_file() else "" for one in taps] for taps in files]
+    points: list[Point] = [{**point, "sums": own} for point, own in zip(grid.points, sums, strict=True)]
     if work.store is None:
-        outcomes = run_points(work, grid.points, jobs, label="map")
+        outcomes = run_points(work, points, jobs, label="map")
     else:
-        points = list[Point]()
-        for point in grid.points:
-            files = [Path(name) for name in point["files"]]
-            sums = [sha256(file.read_bytes()).hexdigest() if file.is_file() else "" for file in files]
-            points.append({**point, "key": key, "sums": sums})
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
 
     answers = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}

@@ -1,11 +1,11 @@
 """The critical distance from an edge, read from amplitude ratios over distances, and the bracket that holds it."""
 
 from math import inf, nan
-from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from coupling.results.reading import number_or_array
 from structures.checks import instance, positive, short
 from structures.structure import Vector
 
@@ -13,23 +13,8 @@ FEWEST = 3  # Distances that make a curve.
 
 LABEL = "critical distance"
 
-Number = float | xr.DataArray
 
-
-class CriticalDistance(NamedTuple):
-    """A critical distance, m, and its bracket: the last sample outside the tolerance, and the next one.
-
-    All three are NaN where there is no wave at all. The value is NaN where the far value is unknown or not reached; low
-    is then a lower bound, and high is infinite. If AR is within the tolerance at all distances, value and high are the
-    smallest of them, an upper bound, and low is 0.
-    """
-
-    value: Number
-    low: Number
-    high: Number
-
-
-def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02, bracket: bool = False) -> Any:
+def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | xr.DataArray:
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
     It is interpolated between the last sample outside the tolerance and the next one, and no better than this bracket,
@@ -43,13 +28,12 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02, bracket: boo
         record. Where that means AR = 0, pass ``ratio.fillna(0.0)``.
     tolerance : float
         How far AR may be from its far value, in units of the incident amplitude.
-    bracket : bool
-        Whether to return a CriticalDistance, the value and its bracket.
 
     Returns
     -------
-    float, DataArray or CriticalDistance
-        A float for one curve, else a DataArray.
+    float or DataArray
+        A float for one curve. NaN where the far value is unknown or not reached; the smallest distance, an upper bound,
+        where AR is within the tolerance at all of them.
 
     Examples
     --------
@@ -59,7 +43,6 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02, bracket: boo
     0.0250 m
     """
     positive("tolerance", tolerance)
-    instance("bracket", bracket, bool, "True or False")
     instance("ratio", ratio, xr.DataArray, "a DataArray of amplitude ratios over distances")
     dimension = "distance" if "distance" in ratio.dims else str(next(iter(ratio.dims), ""))
     if ratio.sizes.get(dimension, 0) < FEWEST or ratio.dtype.kind not in "fiu":
@@ -71,21 +54,19 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02, bracket: boo
         raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
     if (np.diff(distances) <= 0.0).any():
         raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
-    results = xr.apply_ufunc(
-        lambda curve: last_crossing(distances.astype(float), curve, tolerance),
+    found = xr.apply_ufunc(
+        lambda curve: last_crossing(distances.astype(float), curve, tolerance)[0],
         ordered,
         input_core_dims=[[dimension]],
-        output_core_dims=[[], [], []],
         vectorize=True,
     )
-    labels = (LABEL, f"{LABEL}, low end of the bracket", f"{LABEL}, high end of the bracket")
-    labelled = [values.assign_attrs(units="m", long_name=label) for values, label in zip(results, labels, strict=True)]
-    result = CriticalDistance(*(values if values.ndim else float(values) for values in labelled))
-    return result if bracket else result.value
+    return number_or_array(found, "m", LABEL)
 
 
 def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[float, float, float]:
-    """Return (value, low, high) of `CriticalDistance` for one curve over rising distances."""
+    """Return the critical distance and its bracket, the last sample outside the tolerance and the next one, for one
+    curve over rising distances, m. All three are NaN where there is no wave at all. Where the far value is unknown or
+    not reached, low is a lower bound and high is infinite; where AR never leaves the tolerance, low is 0."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
     usable = np.flatnonzero(~np.isnan(curve[:-1]))
     if usable.size == 0:

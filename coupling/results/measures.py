@@ -8,7 +8,6 @@ import xarray as xr
 from coupling.results.reading import Reading, at_end, contact_forces, number_or_array
 from coupling.results.schema import Contact
 from structures.caution import caution
-from structures.checks import positive
 from structures.structure import Vector
 from structures.units import readable
 
@@ -45,21 +44,19 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     return force.assign_attrs(units="N", long_name=f"force at bead {int(sensor)}")
 
 
-def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
+def contact_time(run: xr.Dataset) -> float | xr.DataArray:
     """Return the duration of the first contact between the last bead and the structure, s.
 
     Parameters
     ----------
     run : Dataset
         A run, a sweep or a batch that kept the last contact.
-    threshold : float
-        The contact lasts while its force above the preload exceeds this part of its greatest value, between 0 and 1.
 
     Returns
     -------
     float or DataArray
-        The time between the two crossings of the threshold, each interpolated linearly; NaN if one is missing. A float
-        for a run, an array over the axes of a sweep.
+        The time for which the force above the preload exceeds 1 % of its greatest value, between two linearly
+        interpolated crossings; NaN if one is missing. A float for a run, an array over the axes of a sweep.
 
     Examples
     --------
@@ -69,13 +66,11 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     59 µs
     """
     dynamic = Reading(run).dynamic_force().reset_coords(drop=True)
-    if not positive("threshold", threshold) < 1.0:
-        raise ValueError(f"threshold = {threshold!r}: must lie between 0 and 1")
     time = run.time.values
 
     def one(forces: Vector) -> float:
         force = at_end(forces)
-        level = threshold * force.max()
+        level = 0.01 * force.max()
         above = force > level
         start = int(above.argmax())
         length = int((~above[start:]).argmax())
@@ -138,7 +133,7 @@ def _summed(values: xr.DataArray) -> xr.DataArray:
 SMALLEST_GAP = 1e-3
 
 
-def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Dataset:
+def contact_events(run: xr.Dataset) -> xr.Dataset:
     """Return when each contact between a chain and a structure opens and closes.
 
     A contact is open where bead and surface are apart, the static indentation included. All contacts touch at time
@@ -149,14 +144,13 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     ----------
     run : Dataset
         One run of `CoSimulation`, with all its chains.
-    smallest : float
-        Gaps and contacts that stay below this part of the contact's greatest approach are left out.
 
     Returns
     -------
     Dataset
         Over the dimension "event", in order of time: time (s), kind ("opens" or "closes") and interface; for several
-        interfaces also the chain, end, structure and point of each.
+        interfaces also the chain, end, structure and point of each. Gaps and contacts that stay below 0.1 % of the
+        greatest approach are left out.
 
     Warns
     -----
@@ -172,8 +166,6 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     253 µs
     """
     _, force, static = contact_forces(run)
-    if not (level := positive("smallest", smallest)) < 1.0:
-        raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the greatest approach")
     reading = Reading(run)
     reading.check_holds(["gap", "interface_impulse"], "CoSimulation")
     time = reading.time
@@ -183,10 +175,10 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
         deepest = -float(gap.min(initial=0.0))
         if not deepest > 0.0:
             continue
-        events += [(at, kind, k) for at, kind in _crossings(time, gap, level * deepest)]
+        events += [(at, kind, k) for at, kind in _crossings(time, gap, SMALLEST_GAP * deepest)]
         # A push between two saved times at both of which the contact is open.
-        mean, opened = np.diff(impulses[:, k]) / np.diff(time) + static[k], gap > level * deepest
-        hidden = np.flatnonzero(opened[:-1] & opened[1:] & (mean > level * force[:, k].max()))
+        mean, opened = np.diff(impulses[:, k]) / np.diff(time) + static[k], gap > SMALLEST_GAP * deepest
+        hidden = np.flatnonzero(opened[:-1] & opened[1:] & (mean > SMALLEST_GAP * force[:, k].max()))
         if hidden.size:
             caution(
                 f"save_every: interface {k} closes and opens again between saved times, first after "

@@ -223,8 +223,8 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
     """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
     toml, answer = case.to_toml(), waves_at if case.identify is None else partial(fit_at, case)
     keep.mkdir(exist_ok=True)
-    work = Taps(answer, 0.0, partial(tap_of, case), Store(keep))
-    data = mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{toml}").assign_attrs(case=toml)
+    work = Taps(answer, 0.0, partial(tap_of, case), Store(keep, versions()["hertzlink"], toml))
+    data = mapped_taps(grid, work, jobs).assign_attrs(case=toml)
     failed = [
         fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
         for k, error in enumerate(data.error.values) if error

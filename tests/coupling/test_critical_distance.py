@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.results.critical_distance import last_crossing
 
 NAN, INF = np.nan, np.inf
 
@@ -48,19 +49,18 @@ def test_critical_distance_is_interpolated() -> None:
     ],
 )
 def test_bracket_of_given_samples(values: list[float], expected: tuple[float, float, float]) -> None:
-    found = hl.critical_distance(curve(values), bracket=True)
+    samples = curve(values)
+    found = last_crossing(samples.distance.values, samples.values, 0.02)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
-    np.testing.assert_equal(hl.critical_distance(curve(values)), found.value)
+    np.testing.assert_equal(hl.critical_distance(samples), found[0])
 
 
 def test_critical_distance_over_other_dimensions() -> None:
     ratio = xr.concat([curve([1.0, 0.5, 0.5]), curve([0.9, NAN, NAN])], "plate")
-    found = hl.critical_distance(ratio, tolerance=0.25, bracket=True)
-    assert isinstance(found.value, xr.DataArray)
-    assert found.value.attrs["units"] == "m"
-    np.testing.assert_allclose(found.value, [0.15, NAN])
-    np.testing.assert_allclose(found.low, [0.1, 0.1])
-    np.testing.assert_allclose(found.high, [0.2, INF])
+    found = hl.critical_distance(ratio, tolerance=0.25)
+    assert isinstance(found, xr.DataArray)
+    assert found.attrs["units"] == "m"
+    np.testing.assert_allclose(found, [0.15, NAN])
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,6 @@ def test_critical_distance_over_other_dimensions() -> None:
         ({"ratio": curve([1j, 0, 0])}, "ratio: must hold real numbers"),
         ({"tolerance": 0.0}, "tolerance = 0"),
         ({"tolerance": NAN}, "tolerance = nan"),
-        ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
     ],
 )
 def test_bad_input_to_given_samples(given: dict[str, Any], message: str) -> None:

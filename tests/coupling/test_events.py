@@ -103,23 +103,6 @@ def test_static_indentation_counts(number: int) -> None:
         assert near.max() > 0.0
 
 
-FREQUENCY = 2.1e4
-
-
-def sine(interval: float, phase: float = 0.3) -> xr.Dataset:
-    """A run whose gap is a sine, and is never closed between saved times alone."""
-    run = hl.CoSimulation(SENT, wall()).run(1e-4, save_every=interval)
-    gap = -1e-6 * (np.sin(2.0 * pi * FREQUENCY * run.time.values - phase) + 0.2)
-    return run.assign(gap=("time", gap), interface_impulse=("time", np.zeros(run.time.size)))
-
-
-def test_what_is_smaller_than_asked_for_is_left_out() -> None:
-    """The sine is open by two thirds of its greatest approach."""
-    run = sine(5e-7)
-    assert times(hl.contact_events(run, smallest=0.66), "opens").size == 2
-    assert hl.contact_events(run, smallest=0.67).sizes["event"] == 0
-
-
 def test_a_contact_between_saved_times_is_warned_of() -> None:
     """The impulse shows it; the bead is on its way back at the next saved time."""
     case = chattering()

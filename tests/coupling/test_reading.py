@@ -81,7 +81,6 @@ def signal() -> xr.Dataset:
             "run: holds no contact_force; must be the Dataset of a run or a sweep",
         ),
         (lambda: hl.contact_time(signal()), "run: is a measured signal"),
-        (lambda: hl.contact_time(RUN(), threshold=1.0), "threshold = 1.0: must lie between 0 and 1"),
         (lambda: hl.sensor_force(signal(), 3), "sensor = 3: must be one that was measured: 2"),
         (lambda: hl.wave_speed(RUN(), 2, 2), "second = 2: must be another sensor than first"),
         (lambda: hl.wave_speed(RUN(), 2000, 2), "first = 2000: must be a bead from 1 to 3"),
@@ -96,10 +95,6 @@ def signal() -> xr.Dataset:
         (lambda: hl.contact_events(RUN().drop_vars("contact_force")), "holds no contact_force; must be the Dataset of"),
         (lambda: hl.contact_events(RUN().drop_vars("gap")), "run: holds no gap; must be the Dataset of CoSimulation"),
         (lambda: hl.contact_events(sweep()), r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
-        *(
-            (lambda level=level: hl.contact_events(RUN(), level), "smallest = ")
-            for level in (0.0, -1.0, 1.0, float("nan"), "small")
-        ),
     ],
 )
 def test_what_cannot_be_read_is_named(call: Callable[[], object], message: str) -> None:

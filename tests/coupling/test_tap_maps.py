@@ -116,13 +116,13 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "must have one x"),
+        ("", "is not a table with the columns x / mm, y / mm and file"),
         ("x / mm, file\n", "must have one y"),
         ("x, y / mm, file\n0, 0, a\n", 'column x has the unit "", must have one of length: x / mm'),
         ("x / mV, y / mm, file\n0, 0, a\n", 'column x has the unit "mV"'),
-        ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is no number"),
+        ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is no number with the unit mm"),
         ("x / mm, y / mm, file\n0, 0\n", ":2: names no file"),
-        ("x / mm, y / mm, file\n0, 0, a, 5\n", ":2: has 4 cells under 3 columns"),
+        ("x / mm, y / mm, file\n0, 0, a, 5\n", "Expected 3 fields in line 2, saw 4"),
         ("x / mm, y / mm, file\n0, 0, a\n0, 0, a\n", ":3: names 'a' again, as line 2 does"),
         ("x / mm, y / mm, file\n", "has no points below its head"),
         ("x / mm, y / mm, file\n0, 0, ../a.csv\n", ":2: '../a.csv' is not in the table's folder; move it there"),
