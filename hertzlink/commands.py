@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hertzlink.cli import FORCE, of_case, output_option
-from hertzlink.output import check_output, deliver, say, show, write_file
+from hertzlink.output import check_output, deliver, say, write_file
 from structures.checks import existing, positive
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def show_signal(file: Path, segment: int | None, interval: float | None, picture
         raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
     seconds = None if interval is None else positive("interval", interval, "s")
     seen = overview(existing(str(file), file), seconds, segment)
-    show(table(seen))
+    say(table(seen))
     write_file(name, drawn(seen, name.suffix))
     say(f"written: {name}")
 

@@ -1,4 +1,4 @@
-"""What commands print and write: lines that fit the terminal, and folders that appear complete or not at all."""
+"""What commands print and write: one line for a message, and folders that appear complete or not at all."""
 
 import errno
 import hashlib
@@ -7,14 +7,12 @@ import os
 import re
 import shutil
 import stat
-import sys
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from secrets import token_hex
-from textwrap import fill
-from typing import IO
+from typing import Any
 
 import click
 
@@ -23,8 +21,8 @@ from structures.caution import HertzlinkWarning
 WRONG_INPUT = 2
 """Exit code for input that cannot be used."""
 
-# The file in a folder of results that lists the others with their SHA-256, as the program sha256sum does.
-LISTING, LISTED = "files.txt", re.compile(r"([0-9a-f]{64})  (.+)")
+LISTING = "files.txt"
+"""The file in a folder of results that lists the others with their SHA-256, as the program sha256sum does."""
 
 format_of_python = warnings.formatwarning
 
@@ -34,40 +32,21 @@ def printable(text: str) -> str:
     return "".join(one if one.isprintable() or one in "\n\t" else one.encode("unicode_escape").decode() for one in text)
 
 
-def fitted(text: str, stream: IO[str]) -> str:
-    """Return a message as lines that fit, if the stream is a terminal. No word is broken, so paths can be copied."""
-    text = printable(text)
-    if not stream.isatty():
-        return text
-    width = shutil.get_terminal_size().columns
-    return "\n".join(
-        fill(line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
-        for line in text.splitlines()
-    )
-
-
 def say(text: str) -> None:
-    """Print a message."""
-    click.echo(fitted(text, sys.stdout))
-
-
-def show(table: str) -> None:
-    """Print lines that fit, such as a table."""
-    click.echo(printable(table))
+    """Print a text."""
+    click.echo(printable(text))
 
 
 def complain(message: str, prefix: str = "hertzlink: ") -> None:
-    """Print a message on standard error."""
-    click.echo(fitted(prefix + " ".join(message.split()), sys.stderr), err=True)
+    """Print a message on standard error, as one line."""
+    click.echo(printable(prefix + " ".join(message.split())), err=True)
 
 
-def format_warning(
-    message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
-) -> str:
+def format_warning(message: Warning | str, category: type[Warning], *where: Any, **line: Any) -> str:
     """Return a HertzlinkWarning without the line of code, which the user of a command did not write."""
     if issubclass(category, HertzlinkWarning):
-        return fitted(f"hertzlink: warning: {' '.join(str(message).split())}", sys.stderr) + "\n"
-    return format_of_python(message, category, filename, lineno, line)
+        return printable(f"hertzlink: warning: {' '.join(str(message).split())}\n")
+    return format_of_python(message, category, *where, **line)
 
 
 def set_up() -> None:
@@ -111,19 +90,18 @@ def check_output(folder: Path, force: bool) -> None:
 
 def foreign_files(folder: Path) -> list[str]:
     """Return the names in a folder that no command wrote, or that were changed since."""
-    listing, sums = folder / LISTING, dict[str, str]()
+    listing, lines = folder / LISTING, list[str]()
     if listing.is_file() and not listing.is_symlink():
         lines = listing.read_text(encoding="utf-8", errors="replace").splitlines()
-        matches = [match for line in lines if (match := LISTED.fullmatch(line))]
-        if len(matches) == len(lines):
-            sums = {match[2]: match[1] for match in matches} | {LISTING: sum_of(listing)}
-    names = sorted(folder.iterdir())
-    return [path.name for path in names if path.is_symlink() or sums.get(path.name, "none") != sum_of(path)]
+        if all(re.match("[0-9a-f]{64}  ", line) for line in lines):
+            lines.append(listed(listing))
+    return [path.name for path in sorted(folder.iterdir()) if listed(path) not in lines]
 
 
-def sum_of(path: Path) -> str:
-    """Return the SHA-256 of a file; nothing for a folder."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+def listed(path: Path) -> str:
+    """Return the line of a file in the listing of its folder; a link or a folder has no sum."""
+    is_file = path.is_file() and not path.is_symlink()
+    return f"{hashlib.sha256(path.read_bytes()).hexdigest() if is_file else ''}  {path.name}"
 
 
 def temporary_beside(path: Path) -> Path:
@@ -134,7 +112,7 @@ def temporary_beside(path: Path) -> Path:
 def deliver(folder: Path, write: Callable[[Path], None], force: bool, text: str) -> None:
     """Write a folder, show a text, and say where the files are: the folder on one line, which can be copied."""
     write_folder(folder, write, force)
-    show(f"{text}\n\nwritten to {folder.resolve()}:")
+    say(f"{text}\n\nwritten to {folder.resolve()}:")
     say(", ".join(sorted(path.name for path in folder.iterdir())))
 
 
@@ -150,22 +128,20 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
     try:
         try:
             write(new)
-            lines = [f"{sum_of(path)}  {path.name}\n" for path in sorted(new.iterdir())]
+            lines = [f"{listed(path)}\n" for path in sorted(new.iterdir())]
             (new / LISTING).write_text("".join(lines), encoding="utf-8")
         except OSError as error:
             raise unchanged(error, folder) from error
 
-        foreign = ["the results of another command"] if folder.exists() and not force else []
         if folder.exists() and force:
             new.chmod(stat.S_IMODE(folder.stat().st_mode))
             folder.rename(old)  # nothing can come to lie in it now
-            foreign = foreign_files(old)
-            if foreign:
+            if foreign_files(old):
                 old.rename(folder)
-        if foreign:
+        if folder.exists():
             place = next(path for i in range(2, 10**6) if not os.path.lexists(path := Path(f"{folder}-{i}")))
             new.rename(place)
-            reason = f"holds {foreign[0]}, which would be deleted; nothing was changed; the new folder is {place}"
+            reason = f"holds files by now that would be deleted; nothing was changed; the new folder is {place}"
             raise FileExistsError(errno.EEXIST, reason, str(folder))
         new.rename(folder)
         shutil.rmtree(old, ignore_errors=True)

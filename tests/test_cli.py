@@ -401,7 +401,7 @@ def test_what_comes_while_a_study_writes_is_kept(tmp_path: Path, force: bool) ->
             write_folder(folder, old_table, force=False)
         (folder / "notes.txt").write_text("mine")
 
-    words = r"which would be deleted; nothing was changed; the new folder is .*results-2"
+    words = r"that would be deleted; nothing was changed; the new folder is .*results-2"
     with pytest.raises(OSError, match=words):
         write_folder(folder, write, force)
     assert (folder / "table.txt").read_text() == "old"
