@@ -1,11 +1,18 @@
-"""The command line in the process of a test."""
+"""Cases, and the command line, in the process of a test."""
 
 import signal
+import tomllib
 import warnings
 
 import pytest
 
+from hertzlink.cases.case import Case
 from hertzlink.cli import main
+
+
+def case_of(text: str) -> Case:
+    """Return the case of a text."""
+    return Case(tomllib.loads(text))
 
 
 def ended(*words: str) -> int:

@@ -2,7 +2,8 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,6 +23,22 @@ settings.load_profile("seeded")
 def cores(monkeypatch: pytest.MonkeyPatch) -> None:
     """All processors, of which a test takes more than one."""
     monkeypatch.delenv("LOKY_MAX_CPU_COUNT")
+
+
+@pytest.fixture
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """The command line in this process, in an empty folder; what it prints."""
+    from command import ended
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str, code: int = 0) -> str:
+        found = ended(*arguments)
+        out, err = capsys.readouterr()
+        assert found == code, err
+        return out
+
+    return run
 
 
 WHOLE = pytest.StashKey[list[pytest.Item]]()

@@ -265,10 +265,9 @@ def test_a_wrong_case_is_one_line(
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0, so no entry [5]"),
+        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0 as structure.layers[0], so no entry [5]"),
         ("structure.kind.of=1", "structure.kind is no table"),
         ("structure[0]=1", "structure is no list"),
-        ("structure.layers.length=1", "structure.layers has 2 entries, counted from 0; write structure.layers[0].length"),
         ("nonsense", 'has no "="'),
         ("=3", '"" is no path of an entry'),
         ("a..b=3", "is no path of an entry"),
@@ -298,11 +297,9 @@ def test_a_wrong_change_is_one_line(complaint: Callable[..., str], change: str, 
 
 
 UNQUOTED = [
-    ("length = 300 mm", '300 mm is no value of TOML; write "300 mm" in quotes'),
     ("at = [10 mm, 20 mm]", '10 mm is no value of TOML; write "10 mm" in quotes'),
     ('layers = [{ material = "PTFE", length = 9.5 mm }]', '9.5 mm is no value of TOML; write "9.5 mm" in quotes'),
     ("material = steel 440C", 'steel 440C is no value of TOML; write "steel 440C" in quotes'),
-    ("bead = { shape = sphere }", 'sphere is no value of TOML; write "sphere" in quotes'),
     ("adaptive = True", "True is no value of TOML; write true"),
     ("radius = 4,76e-3", "4,76e-3 is no number; write 4.76e-3"),
     ('a = "300 mm" 2', "Expected newline or end of document after a statement; this is no TOML"),

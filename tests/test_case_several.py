@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command import ended
 
 import hertzlink as hl
 from hertzlink.cases.case import Case
@@ -146,22 +145,12 @@ def test_an_orthotropic_material_is_for_plies_alone() -> None:
     assert body.origin["material"]["plies"][0]["material"]["name"] == carbon.name
 
 
-@pytest.fixture
-def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """The command line, in a folder with a case of unequal chains; returns what it prints."""
-    monkeypatch.chdir(tmp_path)
-    longer = TWO.replace("beads = 4", "beads = 12").replace("until = 1.5e-4", "until = 4e-4")
-    (tmp_path / "case.toml").write_text(longer + "[measure]\nsensor = 6\n")
-
-    def run(*words: str) -> str:
-        assert ended(*words) == 0
-        return capsys.readouterr().out
-
-    return run
+LONGER = TWO.replace("beads = 4", "beads = 12").replace("until = 1.5e-4", "until = 4e-4") + "[measure]\nsensor = 6\n"
 
 
 def test_a_run_of_several_chains_shows_the_waves_of_each(command: Callable[..., str], tmp_path: Path) -> None:
     """At 0.3 and 0.2 m/s: forces go with the power 6/5 of the speed."""
+    (tmp_path / "case.toml").write_text(LONGER)
     said = command("run", "case.toml")
     assert "chain  bead" in said
     with (tmp_path / "case" / "waves.csv").open() as file:
@@ -176,6 +165,7 @@ def test_a_run_of_several_chains_shows_the_waves_of_each(command: Callable[..., 
 
 def test_a_sweep_reads_the_chain_that_is_named(command: Callable[..., str], tmp_path: Path) -> None:
     """Of chain 1 the wave comes back later, as it is slower: by the power 1/5 of the speed."""
+    (tmp_path / "case.toml").write_text(LONGER)
     axis = 'sweep={"structure.thickness"=[3e-3]}'
     flights = []
     for chain in (0, 1):

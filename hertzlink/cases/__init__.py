@@ -79,22 +79,17 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
     at: Any = data
     for i, part in enumerate(path):
         before, number = written(path[:i]), isinstance(part, int)
-        fits = isinstance(at, list) if number else isinstance(at, dict)
-        if not fits and isinstance(at, list):
-            meant = written((*path[:i], 0, *path[i:]))
-            raise ValueError(f"{before} has {count_of(len(at), 'entry')}, counted from 0; write {meant}")
-        if not fits:
+        many = count_of(len(at), "entry") if isinstance(at, list) else ""
+        if many and not (isinstance(part, int) and part < len(at)):
+            raise ValueError(f"{before} has {many}, counted from 0 as {before}[0], so no entry {written((part,))}")
+        if not many and (number or not isinstance(at, dict)):
             raise ValueError(f"{before} is no {'list' if number else 'table'}, so it has no entry {written((part,))}")
-        if isinstance(part, int) and part >= len(at):
-            raise ValueError(f"{before} has {count_of(len(at), 'entry')}, counted from 0, so no entry [{part}]")
         if i + 1 == len(path):
             at[part] = value
-        elif isinstance(part, int):
-            at = at[part]
-        else:
-            if part == "material" and isinstance(at.get(part), str):
-                at[part] = {"like": at[part]}
-            at = at.setdefault(part, {})
+            return
+        if part == "material" and isinstance(at.get(part), str):
+            at[part] = {"like": at[part]}
+        at = at[part] if number else at.setdefault(part, {})
 
 
 def shown(value: Any) -> str:
@@ -302,7 +297,9 @@ def _syntax(name: str, message: str, text: str) -> str:
     line = int(number[1]) if number else len(rows)
     # Outside of quotes and comments.
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
-    quantities = (typed for typed in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(typed)))
+    typed = next((one for one in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(one))), "")
+    if word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
+        typed = word[1]
     reason = f"{words}; this is no TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
         same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
@@ -314,11 +311,9 @@ def _syntax(name: str, message: str, text: str) -> str:
         reason = f'{curly[0]} is no quotation mark of TOML; write "'
     elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):
         reason = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
-    elif word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
-        right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
-        reason = f"{word[1]} is no value of TOML; write {right}"
-    elif typed := next(quantities, ""):
-        reason = f'{typed} is no value of TOML; write "{typed}" in quotes'
+    elif typed:
+        right = typed.lower() if typed in ("True", "False") else f'"{typed}" in quotes'
+        reason = f"{typed} is no value of TOML; write {right}"
     elif words.startswith("Unclosed") or (words, number) == ("Invalid value", None):
         line = max((i for i, other in enumerate(rows[:line], 1) if re.search(r"=\s*[\[{]", other)), default=line)
         reason = "a list or table that begins here is not closed"
