@@ -1,7 +1,7 @@
 """What a sensor's trace holds, in SI units: noise, resolution, the quiet lead, clipped samples, and its pulses."""
 
 from math import pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -93,12 +93,43 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
 def quiet_lead(values: Vector) -> int:
     """Return how many samples at the beginning of a trace are surely quiet: half of those before it leaves its first
     level; 0 where they are fewer than half a pulse, because the trace may begin within a wave."""
-    smooth, _, width = smoothed(values)
+    upright = -values if is_inverted(values) else values
+    smooth, _, width = smoothed(upright)
     first = np.median(smooth[: max(4, values.size // 100)])
     # A tenth of the range is clear of the noise that smoothing leaves, and a pulse passes it early, on its foot.
     lead = int((np.abs(smooth - first) > 0.1 * float(np.ptp(smooth))).argmax())
     # Of fewer than four samples, half of eight, the median is no baseline.
     return 0 if lead < max(8.0, 0.5 * width) else lead // 2
+
+
+class Measures(NamedTuple):
+    """Of a record: its samples with straight lines over gaps; the digitiser's step; the standard deviation of white
+    noise; the samples of its quiet lead, 0 for none; the level there; which samples are clipped or NaN, and sentences
+    on these."""
+
+    filled: Vector
+    step: float
+    noise: float
+    lead: int
+    level: float
+    clipped: Vector
+    said: list[str]
+
+
+def measures(time: Vector, values: Vector, mains: float | None = None) -> Measures:
+    """Return what is measured of a record, NaN where a sample is missing, before its waves are looked for.
+
+    mains: frequency of hum, Hz, that the lead may hold: it then ends where the record leaves half its range.
+    """
+    filled = interpolated_over_gaps(values)
+    step, noise = resolution(values[np.isfinite(values)]), noise_level(filled)
+    if mains is None:
+        lead = quiet_lead(filled)
+    else:
+        off = np.abs(filled - np.median(filled))
+        lead = int((off > 0.5 * off.max()).argmax()) // 2
+    level = float(np.median(filled[:lead] if lead else filled))
+    return Measures(filled, step, noise, lead, level, *clipped_samples(time, values, level, step, noise))
 
 
 def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import Polynomial
 
-from coupling.results.sensor_trace import clipped_samples, interpolated_over_gaps, noise_level, resolution, smoothed
+from coupling.results.sensor_trace import interpolated_over_gaps, measures, noise_level, resolution, smoothed
 from coupling.results.wave_finder import FIRST_WAVE, FRONT, Peak
 from structures.checks import count_of
 from structures.structure import Vector
@@ -150,8 +150,7 @@ def doubts_of_signal(
     """
     trace = smoothed(force)
     smooth, _, width = trace
-    said, zero = list[str](), float(np.median(force))
-    clipped, _ = clipped_samples(time, force, zero, resolution(force), noise_level(force))
+    said, zero, clipped = list[str](), float(np.median(force)), measures(time, force).clipped
     if clipped.any():
         said.append(
             f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} clipped at {force[clipped].max():.4g} N, so "

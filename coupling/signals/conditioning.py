@@ -8,18 +8,12 @@ import numpy as np
 import xarray as xr
 
 from coupling.results.schema import SIGNAL, kind_of
-from coupling.results.sensor_trace import (
-    FEWEST_SAMPLES,
-    clipped_samples,
-    interpolated_over_gaps,
-    noise_level,
-    quiet_lead,
-    resolution,
-)
+from coupling.results.sensor_trace import FEWEST_SAMPLES, Measures, measures
 from structures.caution import caution
 from structures.checks import count_of, instance, positive
 from structures.quantities import Quantity
 from structures.structure import Vector
+from structures.units import readable
 
 HARMONICS = 5  # Mains hum is fitted with this many harmonics, the fundamental included.
 # Two standard errors of a median, in those of one sample over the root of their number: less is no offset.
@@ -70,30 +64,30 @@ def clean_signal(
             raise ValueError(
                 f"signal: sensor {sensor} has {count_of(count, 'sample')} without clipping, must have {FEWEST_SAMPLES}"
             )
-        filled, done = interpolated_over_gaps(force), list[str]()
-        step, rough, lead = resolution(force[np.isfinite(force)]), noise_level(filled), lead_of(filled, frequency)
-        quiet = float(np.median(filled[:lead])) if lead else 0.0
-        clipped, cautions = clipped_samples(time, force, quiet, step, rough)
+        record, done = measures(time, force, frequency), list[str]()
+        filled, lead, cautions = record.filled, record.lead, record.said
         if not lead:
             cautions = ["there is no quiet lead, so the offset was left as it is", *cautions]
 
         # Offset and hum.
-        rounding = step / sqrt(12.0)
-        scatter = max(rough, rounding, 1e-9 * float(np.abs(filled - quiet).max()))
-        hum, text = (None, "") if frequency is None else mains_hum(time, filled, lead, frequency)
+        rounding, zero = record.step / sqrt(12.0), 0.0
+        scatter = max(record.noise, rounding, 1e-9 * float(np.abs(filled - record.level).max()))
+        hum, text = (None, "") if frequency is None else mains_hum(time, record, frequency)
         if hum is not None:
             done.append(f"the offset and {text}")
-        elif lead and abs(quiet) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
-            lasts = 1e6 * float(time[lead] - time[0])
-            done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {lasts:.3g} µs)")
+        elif lead:
+            zero = record.level
+            if abs(zero) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
+                lasts = readable(float(time[lead] - time[0]), "s")
+                done.append(f"the offset, {zero:.4g} N, was removed (median of the quiet lead, {lasts})")
         cautions += [text] if hum is None and text else []
-        zero = quiet if hum is None else hum
-        forces[sensor] = np.where(clipped, np.nan, force - zero)
+        offset = zero if hum is None else hum
+        forces[sensor] = np.where(record.clipped, np.nan, force - offset)
 
         # Noise.
-        noise, source = rough, "third differences"
+        noise, source = record.noise, "third differences"
         if lead > FEWEST_SAMPLES:
-            noise, source = float((filled - zero)[:lead].std(ddof=1)), "the lead"
+            noise, source = float((filled - offset)[:lead].std(ddof=1)), "the lead"
         source = f"standard deviation of {source}" if noise > rounding else "one step of the digitiser over √12"
         noises.append(max(noise, rounding))
         done.append(f"the noise is {noises[-1]:.3g} N ({source})")
@@ -118,17 +112,10 @@ def with_noise(signal: xr.Dataset, forces: Mapping[int, Vector], noises: list[fl
     return signal.assign(sensor_force=rows, noise=("sensor", noises, {"units": "N", "long_name": label}))
 
 
-def lead_of(filled: Vector, mains: float | None = None) -> int:
-    """Return how many samples at the beginning are quiet, or quiet but for hum of the mains; 0 for none."""
-    if mains is None:
-        return quiet_lead(filled)
-    off = np.abs(filled - np.median(filled))
-    return int((off > 0.5 * off.max()).argmax()) // 2
-
-
-def mains_hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vector | None, str]:
+def mains_hum(time: Vector, record: Measures, mains: float) -> tuple[Vector | None, str]:
     """Return the offset and hum over the whole record, N, or None, and a text on it."""
-    seconds, step = float(time[lead] - time[0]), float(time[1] - time[0])
+    force, lead, step = record.filled, record.lead, float(time[1] - time[0])
+    seconds = float(time[lead] - time[0])
     name, lasts = f"mains hum of {mains:g} Hz", f"{1e3 * seconds:.3g} ms"
     if seconds * mains < 1.0:
         return None, f"{name} was not removed: that needs a quiet lead of one period, {1e3 / mains:.3g} ms, not {lasts}"

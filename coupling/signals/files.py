@@ -33,8 +33,9 @@ def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> R
     """Return the columns of a text, all where `columns` is None, or the channels of a recorder's file, from 1 on."""
     with open(path, "rb") as file:
         head = file.read(2048)
-    known = [(kind, reader) for at, start, kind, reader in KINDS if head[at:].startswith(start)]
-    kind, reader = known[0] if known else ("a binary file", None)
+    kind, reader = next(
+        ((kind, reader) for at, start, kind, reader in KINDS if head[at:].startswith(start)), ("", None)
+    )
     if head.startswith(b"PK\x03\x04"):
         names = recordings.tried(path, "a zip archive", lambda path: ZipFile(path).namelist())
         kind = "a zip archive"
@@ -42,18 +43,17 @@ def opened(path: Path, columns: Collection[int] | None, sampling: Sampling) -> R
             kind, reader = "arrays of numpy (.npz)", recordings.numpy_arrays
         elif any(name.startswith("xl/") for name in names):
             kind, reader = "an Excel workbook", recordings.workbook
-    # Text has few control characters; in UTF-16 each second byte may be zero.
-    zeros = max(head[::2].count(0), head[1::2].count(0))
-    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
+    # Text has few control characters; in UTF-16, which begins with a mark, each second byte may be zero.
+    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff")
     controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
-    if kind == "a binary file" and controls <= max(0.02 * len(head), 1.2 * zeros * is_utf_16):
+    if not kind and controls <= (0.6 if is_utf_16 else 0.02) * len(head):
         if path.stat().st_size > MOST_BYTES:
             raise ValueError(f"{path}: is a text of more than {MOST_BYTES:.2g} bytes; cut it, or save arrays (.npz)")
         kind, reader = "a text", Path.read_bytes
     if reader is None:
         raise ValueError(
-            f"{path}: is {kind}, not a text of samples; export the trace as CSV, or read it as docs/signals.md says "
-            "and give time (s) and force (N) to hertzlink.as_signal"
+            f"{path}: is {kind or 'a binary file'}, not a text of samples; export the trace as CSV, or read it as "
+            "docs/signals.md says and give time (s) and force (N) to hertzlink.as_signal"
         )
 
     content: bytes | list[Channel] = recordings.tried(path, kind, reader)
@@ -78,31 +78,26 @@ def sampled(
         raise ValueError(f"{path}: has channels {held} …, counted from 1, and no channel {number}")
     channel = recording.channels[number]
     unit, notes = _unit(path, channel.unit, FORCE, sampling.unit, f"column {number}")
-    values = unit.size * channel.values
-    present = int(np.isfinite(values).sum())
-    if present < max(FEWEST_SAMPLES, 0.5 * values.size):
+    values, present = unit.size * channel.values, np.isfinite(channel.values)
+    if (count := int(present.sum())) < max(FEWEST_SAMPLES, 0.5 * values.size):
         such = f", but text such as {channel.words[0]!r}" if channel.words else ""
-        raise ValueError(f"{path}: {name}: only {present} of {values.size} samples are within the scope's range{such}")
-
-    time, rows, said = _times(path, channel, number, sampling)
-    notes += said
-    values = np.where(rows >= 0, values[np.maximum(rows, 0)], np.nan)
-    if lost := int((rows < 0).sum()):
-        before = int(rows[int((rows < 0).argmax()) - 1])
-        lost_ones = count_of(lost, "sample is", "samples are")
-        notes.append(f"{lost_ones} lost and NaN, the first after {channel.place(before)}")
-    first, last = np.flatnonzero(np.isfinite(values))[[0, -1]]
-    bad = ~np.isfinite(values[first:last]) & (rows[first:last] >= 0)
-    if bad.any():
-        words = f": {', '.join(map(repr, channel.words[:3]))}" if channel.words else ""
-        missing = count_of(int(bad.sum()), "sample is", "samples are")
-        begins = channel.place(int(rows[first + int(bad.argmax())]))
-        notes.append(f"{name}: {missing} beyond the scope's range or missing, and NaN{words} from {begins} on")
-    if unit.si == "V" and (channel.values == np.round(channel.values))[np.isfinite(channel.values)].all():
+        raise ValueError(f"{path}: {name}: only {count} of {values.size} samples are within the scope's range{such}")
+    if unit.si == "V" and (channel.values[present] % 1.0 == 0.0).all():
         notes.append(
             f"{name}: all values are whole numbers of V; are they a digitiser's counts? Then calibration is N per count"
         )
-    return time, values, unit.si, notes
+
+    # Samples without values at the ends are left out later, where all sensors have none.
+    time, rows, said = _times(path, channel, number, sampling)
+    values = np.where(rows >= 0, values[rows], np.nan)
+    first, last = np.flatnonzero(np.isfinite(values))[[0, -1]]
+    gaps = first + np.flatnonzero(~np.isfinite(values[first:last]))
+    if gaps.size:
+        missing = count_of(gaps.size, "sample is", "samples are")
+        words = f": {', '.join(map(repr, channel.words[:3]))}" if channel.words else ""
+        begins = channel.place(int(rows[gaps[0] - 1]))
+        said.append(f"{name}: {missing} lost or beyond the scope's range, and NaN{words}, the first after {begins}")
+    return time, values, unit.si, notes + said
 
 
 def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tuple[Vector, Rows, list[str]]:
@@ -119,16 +114,16 @@ def _times(path: Path, channel: Channel, number: int, sampling: Sampling) -> tup
         )
     unit, notes = _unit(path, channel.time_unit, TIME, sampling.time_unit, f"the times of column {number}")
     time = unit.size * channel.time
-    parts = segments(time)
-    if sampling.segment is None and len(parts) > 1:
+    parts, chosen = segments(time), sampling.segment
+    if len(parts) > 1 and chosen is None:
         raise ValueError(
             f"{path}: holds {len(parts)} segments, whose times begin anew; read each with segment=1 to {len(parts)} "
             f"(hertzlink signal: --segment), such as average_taps([read_signal(…, segment=k) for k in range(1, "
             f"{len(parts) + 1})])"
         )
-    if sampling.segment is not None and sampling.segment > len(parts):
-        raise ValueError(f"{path}: segment = {sampling.segment}: must be at most {len(parts)}, the number of segments")
-    part = parts[(sampling.segment or 1) - 1]
+    if chosen is not None and chosen > len(parts):
+        raise ValueError(f"{path}: segment = {chosen}: must be at most {len(parts)}, the number of segments")
+    part = parts[(chosen or 1) - 1]
     even, rows, said = even_sampling(time[part], lambda row: f"{path}, {channel.place(part.start + row)}")
     shift = 0.0 if sampling.start is None else sampling.start - float(even[0])
     return even + shift, np.where(rows >= 0, rows + part.start, -1), notes + said

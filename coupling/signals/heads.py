@@ -16,6 +16,7 @@ NEAREST = 3  # Lines directly above the samples that may name columns and units.
 SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
 MULTIPLIED = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
 BRACKETS = re.compile(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]")
+NUMBER = re.compile(r"[-+.:/ ]*\d[-+\d.:/eE ]*")
 
 
 class Unit(NamedTuple):
@@ -43,39 +44,30 @@ class Head:
     """The cells above the samples. width: the number of columns; first: the first lines, which may hold entries such as
     "Vertical Units,V" beside the samples, too."""
 
-    def __init__(self, rows: Sequence[Sequence[str]], width: int, first: Sequence[Sequence[str]] = ()) -> None:
-        bare = [[cell.strip().strip('"').strip() for cell in row] for row in rows]
-        for row in bare:
-            row[:1] = [cell.lstrip("#%/* ") for cell in row[:1]]
-            while row and not row[-1]:
-                row.pop()
+    def __init__(self, rows: Sequence[Sequence[str]], width: int, first: Sequence[Sequence[str]]) -> None:
         # A row with a number is an entry, such as "Points,1000", or a date; it names no columns.
-        is_number = re.compile(r"[-+.:/ ]*\d[-+\d.:/eE ]*").fullmatch
-        near = [row for row in bare[-NEAREST:] if row and not any(map(is_number, row))]
-        self._near = [row for row in reversed(near) if len(row) == width]
+        near = [row for row in map(_bare, rows[-NEAREST:]) if row and not any(map(NUMBER.fullmatch, row))]
+        self._names = [row for row in reversed(near) if len(row) == width]
         self._beside = [row for row in near if len(row) != width]
-        self._entries = [[*re.split("[:=]", row[0], maxsplit=1), *row[1:]] for row in first if row]
+        self._entries = [row for row in map(_bare, first) if row and "unit" in row[0].lower()]
 
     def name(self, column: int) -> str:
         """Return what the head calls a column, "" where it does not."""
-        names = [
-            row[column] for row in self._near if row[column] and not read_unit(row[column].strip("()[]"), FORCE).si
-        ]
+        cells = [row[column] for row in self._names]
+        names = [cell for cell in cells if cell and not read_unit(cell.strip("()[]"), FORCE).si]
         return re.split(r"\s*[(\[](?!\d+\])", names[0])[0] if names else ""
 
     def unit(self, column: int, kind: tuple[str, ...]) -> Unit:
         """Return the unit that the head states of a column."""
-        stated = [unit for row in self._near if (unit := stated_unit(row[column], kind, is_row_of_units(row))).text][:1]
-        for name, *values in self._entries:
-            of_time = re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None
-            if "unit" in name.lower() and of_time == (kind == TIME):
-                words = [value.strip('"() ') for value in (values[column - 1 : column] if column else []) + values]
-                word = next((word for word in words if word and not re.fullmatch(r"[-+\d.eE]+", word)), None)
-                stated += [read_unit(word.split(":")[-1].strip('"()[] '), kind)] if word else []
-        if len({unit[1:] if unit.si else unit for unit in stated}) > 1:
-            return Unit(" and ".join(unit.text for unit in stated))
-        if stated:
-            return stated[0]
+        stated = (stated_unit(row[column], kind, is_row_of_units(row)) for row in self._names)
+        units = [unit for unit in stated if unit.text][:1]
+        for name, *cells in self._entries:
+            if (re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None) == (kind == TIME):
+                words = [cell.strip("()[] ") for cell in cells if cell and not NUMBER.fullmatch(cell)]
+                units += [read_unit(word, kind) for word in words]
+        if units:
+            is_one = len({unit[1:] if unit.si else unit for unit in units}) == 1
+            return units[0] if is_one else Unit(" and ".join(unit.text for unit in units))
         # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
         others = FORCE if kind == TIME else TIME
         for row in self._beside:
@@ -83,6 +75,17 @@ class Head:
             if any(unit[1:] != (kind[0], 1.0) and not read_unit(unit.text, others).si for unit in units):
                 return Unit(", ".join(row))
         return Unit()
+
+
+def _bare(row: Sequence[str]) -> list[str]:
+    """Return cells without quotes and marks of comments, those of "Units: V" parted, without empty ones at the end."""
+    cells = [cell.strip(' "\t') for cell in row]
+    if "unit" in cells[0].lower():
+        cells[:1] = [cell.strip() for cell in re.split("[:=]", cells[0])]
+    cells[:1] = [cell.lstrip("#%/* ") for cell in cells[:1]]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
 
 
 def is_row_of_units(row: Sequence[str]) -> bool:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.results.sensor_trace import clipped_samples, interpolated_over_gaps, is_inverted, noise_level, resolution
-from coupling.signals.conditioning import lead_of, mains_hum
+from coupling.results.sensor_trace import measures
+from coupling.signals.conditioning import mains_hum
 from coupling.signals.files import opened, sampled
 from coupling.signals.recordings import Sampling
 from structures.structure import Vector
@@ -55,22 +55,19 @@ def overview(path: Path, interval: float | None = None, segment: int | None = No
             refused[column] = str(error).removeprefix(str(path)).lstrip(":, ")
             continue
         notes += said
-        filled, missing = interpolated_over_gaps(values), int((~np.isfinite(values)).sum())
-        step, white = resolution(values[np.isfinite(values)]), noise_level(filled)
-        lead = lead_of(-filled if is_inverted(filled) else filled)
-        quiet = float(np.median(filled[:lead] if lead else filled))
-        clipped = int(clipped_samples(time, values, quiet, step, white)[0].sum()) - missing
-        noise = float(filled[:lead].std(ddof=1)) if lead > 1 else white
+        seen, missing = measures(time, values), int((~np.isfinite(values)).sum())
+        noise = float(seen.filled[: seen.lead].std(ddof=1)) if seen.lead > 1 else seen.noise
         hums = list[tuple[float, float, float]]()
         for mains in MAINS:
-            long_lead = lead_of(filled, mains)
-            hum, _ = mains_hum(time, filled, long_lead, mains)
+            record = measures(time, values, mains)
+            hum, _ = mains_hum(time, record, mains)
             if hum is not None:
-                left, before = (float(part[:long_lead].std()) for part in (filled - hum, filled))
+                left, before = (float(part[: record.lead].std()) for part in (record.filled - hum, record.filled))
                 hums += [(left, mains, float(np.ptp(hum) / 2.0))] if left < CLEAR * before else []
         found = min(hums)[1:] if hums else None
-        sizes = clipped, missing, step, noise, white, float(time[lead] - time[0])
-        looks.append(Look(column, channel.name, unit, time, values, *sizes, found))
+        clipped, lead = int(seen.clipped.sum()) - missing, float(time[seen.lead] - time[0])
+        sizes = clipped, missing, seen.step, noise, seen.noise, lead, found
+        looks.append(Look(column, channel.name, unit, time, values, *sizes))
     if not looks:
         raise ValueError(f"{path}: {next(iter(refused.values()), 'holds no channel of samples')}")
     return Overview(recording.kind, looks, refused, [*dict.fromkeys(notes)])

@@ -15,8 +15,6 @@ ROUNDED = 0.8  # Stamps with too few digits lie off even times by this part of t
 FEW, FEW_SHARE = 20, 0.01  # So many samples, or this part of all, may be lost.
 MENTIONED = 0.02  # Part of an interval by which times may lie off even ones without a word.
 
-UNEVEN = ": times must be evenly spaced, as one sampling rate gives them"
-
 Rows = NDArray[np.int64]
 
 
@@ -28,12 +26,6 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, Ro
         before, after = (readable(float(time[k]), "s", 9) for k in (row, row + 1))
         return ValueError(f"{place(row + 1)}: time {after} after {before}{reason}")
 
-    def line(places: Rows) -> Vector:
-        """Return the times of all places, on the straight line of least squares through the stamps."""
-        middle = places.mean()
-        rise = float(((places - middle) @ (time - time.mean())) / ((places - middle) @ (places - middle)))
-        return np.asarray(time.mean() + rise * (np.arange(places[-1] + 1) - middle))
-
     steps = np.diff(time)
     if (steps < 0.0).any() or not steps.any():
         raise wrong(int((steps <= 0.0).argmax()), ", must increase")
@@ -44,37 +36,25 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, Ro
     odd = (np.abs(steps - counts * usual) > NEAR * usual) | (counts < 1)
     are_few = counts.sum() - counts.size <= max(FEW, FEW_SHARE * time.size)
 
-    # Too few digits: the stamps may be even times that were rounded.
-    if odd.any() or not are_few:
-        distinct = np.unique(np.round(steps, 15))
-        digit = float(min(distinct[distinct > 0.0].min(), np.diff(distinct).min(initial=np.inf)))
-        rows: Rows = np.arange(time.size)
-        even = line(rows)
-        is_rounded = np.abs(even - time).max() <= ROUNDED * max(digit, float(steps.mean()))
-        if is_rounded and not (are_few and odd.mean() < MENTIONED):
-            apart, digits = readable(float(even[1] - even[0]), "s", 4), readable(digit, "s", 4)
-            return (
-                even,
-                rows,
-                [f"stamps of time resolve {digits}, and samples are {apart} apart: even sampling is taken"],
-            )
+    # Where many steps are odd, the stamps may be even times that were rounded; else samples may be lost between them.
+    is_rounded = odd.mean() >= MENTIONED or not are_few
+    places: Rows = np.arange(time.size) if is_rounded else np.concatenate([[0], np.cumsum(counts)])
+    even = np.linspace(time[0], time[-1], places[-1] + 1)
+    if is_rounded or np.abs(even[places] - time).max() > MENTIONED * usual:
+        even = np.polyval(np.polyfit(places, time, 1), np.arange(even.size))
+    off = np.abs(even[places] - time)
+    most = ROUNDED * max(float(steps[steps > 0.0].min()), float(steps.mean()))
+    if off.max() > most or (odd.any() and not is_rounded):
         if not are_few:
             raise wrong(int(counts.argmax()), f": a gap; the usual step is {readable(usual, 's', 4)}")
-        at = int(odd.argmax())
-        raise wrong(at, ", must increase" if steps[at] == 0.0 else UNEVEN)
-
-    # Whole intervals apart: between samples some may be lost.
-    places = np.concatenate([[0], np.cumsum(counts)])
-    even = np.linspace(time[0], time[-1], places[-1] + 1)
-    if np.abs(even[places] - time).max() > MENTIONED * usual:
-        even = line(places)
-    off = np.abs(even[places] - time)
-    if off.max() > usual:
-        raise wrong(int(off.argmax()) - 1, UNEVEN)
+        at = int((odd if odd.any() else off[1:]).argmax())
+        evenly = ": times must be evenly spaced, as one sampling rate gives them"
+        raise wrong(at, ", must increase" if steps[at] == 0.0 else evenly)
     rows = np.full(even.size, -1)
     rows[places] = np.arange(time.size)
-    little = f"times lie up to {readable(off.max(), 's', 4)} off even sampling, which is taken"
-    return even, rows, [little] if off.max() > MENTIONED * usual else []
+    apart, far = (readable(float(span), "s", 4) for span in (even[1] - even[0], off.max()))
+    note = f"times lie up to {far} off even sampling, a sample every {apart}, which is taken"
+    return even, rows, [note] if off.max() > MENTIONED * usual else []
 
 
 def segments(time: Vector) -> list[slice]:
@@ -99,16 +79,16 @@ def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple
     time = time[(time >= max(starts) - 1e-3 * step) & (time <= min(ends) + 1e-3 * step)]
     if time.size < FEWEST_SAMPLES:
         raise ValueError(f"{what}: hold times that do not overlap; read their sensors separately")
+
+    # Whole samples later, or between samples by straight lines.
     values, between = dict[int, Vector](), list[str]()
     for sensor, (other, samples) in pieces.items():
-        # Whole samples later, or between samples by straight lines.
-        shifts = (time[[0, -1]] - other[0]) / float(other[1] - other[0])
-        first = round(float(shifts[0]))
-        if (np.abs(shifts - np.round(shifts)) < MENTIONED).all() and first + time.size <= samples.size:
-            values[sensor] = samples[first : first + time.size]
+        places = np.interp(time, other, np.arange(other.size))
+        if np.abs(places - np.round(places)).max() < MENTIONED:
+            places = np.round(places)
         else:
-            values[sensor] = np.interp(time, other, samples)
             between.append(str(sensor))
+        values[sensor] = np.interp(places, np.arange(other.size), samples)
     apart, shared = (readable(float(span), "s", 4) for span in (max(starts) - min(starts), time[-1] - time[0]))
     note = f"sensors have times of their own, which begin up to {apart} apart; the {shared} that all hold are read"
     return time, values, [note + f", of sensor {', '.join(between)} by straight lines between samples" * bool(between)]

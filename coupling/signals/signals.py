@@ -231,7 +231,7 @@ def _dataset(
         if np.ptp(filled) == 0.0:
             raise ValueError(f"{where}sensor {sensor}: the signal is constant, {filled[0]:g} N: must hold a wave")
         if is_lead:
-            lead = quiet_lead(-filled if is_inverted(filled) else filled)
+            lead = quiet_lead(filled)
             if not lead:
                 raise ValueError(
                     f"{where}sensor {sensor}, baseline = {baseline!r}: has no quiet lead to take the baseline from, "

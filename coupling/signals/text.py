@@ -1,6 +1,5 @@
 """The text of an oscilloscope as columns of numbers, by pandas: encoding, delimiter, decimal mark, head, samples."""
 
-import csv
 import re
 import warnings
 from collections.abc import Collection, Sequence
@@ -35,30 +34,32 @@ CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampling: Sampling) -> Recording:
     """Return columns of a text, by default all that hold no times. A ValueError names the line and the way out."""
     text = decoded(content).translate(TYPESET).replace("\r\n", "\n").replace("\r", "\n")
-    lines = pd.Series(text.split("\n"))
+    lines, notes = pd.Series(text.split("\n")), list[str]()
     lines.index += 1  # the numbers of the lines in the file
     lines = lines[(lines.index > sampling.skip) & (lines.str.strip() != "")]
     if len(lines) < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(len(lines), 'line')}, must hold {FEWEST_SAMPLES} samples or more")
+    if text[-1:] != "\n" and len(lines.iloc[-1]) < lines.iloc[-20:-1].str.len().min():
+        notes.append(f"the last line, {lines.iloc[-1][:SHOWN]!r}, is cut off, and was left out")
+        lines = lines.iloc[:-1]
     # Without quotes that are not closed, which would swallow the lines that follow.
-    closed = lines.where(lines.str.count('"') % 2 == 0, lines.str.replace('"', ""))
-    is_cut = text[-1:] != "\n" and len(lines.iloc[-1]) < lines.iloc[-20:-1].str.len().min()
+    lines = lines.where(lines.str.count('"') % 2 == 0, lines.str.replace('"', ""))
 
     # The numbers in all columns, NaN for words.
     given = [] if sampling.time_column is None else [sampling.time_column]
     wanted = sorted({*(columns or ()), *given})
-    delimiter, decimal = form_of(path, closed, wanted)
-    cells = split(path, closed, delimiter)
+    delimiter, decimal = form_of(path, lines, wanted)
+    cells = split(path, lines, delimiter)
     filled = np.flatnonzero((cells.iloc[len(cells) // 3 :] != "").mean() > 0.5)
     width = 1 + max([*wanted, *filled], default=0)
-    numbers = pd.DataFrame({column: numbers_in(cells[column], decimal) for column in range(width)})
+    table = cells.reindex(columns=range(width), fill_value="")
+    numbers = table.apply(numbers_in, decimal=decimal)
     for column in numbers:
-        if numbers[column].isna().mean() > 0.5 and cells[column].str.contains(CLOCK).mean() > 0.5:
-            numbers[column] = clock(cells[column])
+        if numbers[column].isna().mean() > 0.5 and table[column].str.contains(CLOCK).mean() > 0.5:
+            numbers[column] = clock(table[column])
 
     # Which columns hold times: of each sensor the nearest one to its left that increases.
-    is_timed = sampling.interval is None
-    rising = given or [column for column in numbers if is_timed and rises(numbers[column])]
+    rising = given or [column for column in numbers if sampling.interval is None and rises(numbers[column])]
     chosen = [column for column in numbers if column not in rising] if columns is None else sorted(columns)
     if swapped := [column for column in chosen if rises(numbers[column])]:
         raise ValueError(
@@ -67,23 +68,27 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
         )
     time_of = {column: max([c for c in rising if c < column], default=min(rising, default=None)) for column in chosen}
     timed_by = sorted({column for column in time_of.values() if column is not None})
-    used = sorted({*chosen, *timed_by})
-    samples, notes = samples_in(path, lines, cells[[*numbers]], numbers, timed_by, chosen, is_cut)
+    samples, left_out = samples_in(path, lines, table, numbers, timed_by, chosen)
+    notes += left_out
 
     # What the lines above the samples say, and the samples.
-    above = [head_cells(line, delimiter) for line in closed[closed.index < samples[0]]]
-    head = Head(above, width, [head_cells(line, delimiter) for line in closed.iloc[:HEAD]])
-    cells, numbers = cells.loc[samples], numbers.loc[samples]
-    check_commas(path, cells[used], delimiter, above, width)
+    rows = cells.to_numpy().tolist()
+    if delimiter == r"\s+":
+        # Blanks do not part a name from its unit in brackets.
+        rows = [re.sub(r"\s+(?=[(\[/])|(?<=/)\s+|^\s*[#%]+\s*", "", line).split() for line in lines]
+    above = rows[: lines.index.get_loc(samples[0])]
+    head = Head(above, width, rows[:HEAD])
+    table, numbers = table.loc[samples], numbers.loc[samples]
+    check_commas(path, table[sorted({*chosen, *timed_by})], delimiter, above, width)
     times = dict[int | None, tuple[Vector | None, Unit]]({None: (None, Unit())})
     for column in timed_by:
-        since, begins = time_in(numbers[column].to_numpy(), cells[column], decimal)
-        is_clock = cells[column].iloc[0].count(":") > 1
+        since, begins = time_in(numbers[column].to_numpy(), table[column], decimal)
+        is_clock = table[column].iloc[0].count(":") > 1
         times[column] = since, Unit("s", "s") if is_clock else head.unit(column, TIME)
         notes += [f"times count from the first sample, {begins}"] if begins else []
     channels = {}
     for column in chosen:
-        missing = cells[column][numbers[column].isna()][:100]
+        missing = table[column][numbers[column].isna()][:100]
         words = tuple(dict.fromkeys(cell or "an empty cell" for cell in missing))
         values, unit = numbers[column].to_numpy(), head.unit(column, FORCE)
         channels[column] = Channel(head.name(column), values, unit, *times[time_of[column]], samples, words)
@@ -91,13 +96,9 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
 
 
 def decoded(content: bytes) -> str:
-    """Return text in UTF-8 or UTF-16, with or without a byte order mark, else in the code page of Western Windows."""
-    beginning = content[:200]
-    if beginning[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    """Return text in UTF-16 with a byte order mark, in UTF-8, or else in the code page of Western Windows."""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
-    if beginning.count(0) > len(beginning) // 3:
-        big = beginning[::2].count(0) > beginning[1::2].count(0)
-        return content.decode("utf-16-be" if big else "utf-16-le", errors="replace")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -110,30 +111,26 @@ def form_of(path: Path, lines: pd.Series, wanted: Sequence[int]) -> tuple[str, s
     wanted: columns that must hold numbers.
     """
     middle = lines.iloc[len(lines) // 2 :][:TRIED]
-    best, form = 0.0, ("", "")
+    best, form = 0.0, (",", ".")
     for delimiter in DELIMITERS:
         cells = split(path, middle, delimiter)
         if wanted and wanted[-1] >= cells.shape[1]:
             continue
-        filled = (cells != "").to_numpy()
+        filled = (cells != "").sum(axis=1).clip(lower=1)
         for decimal in ".,":
-            numbers = np.stack([np.isfinite(numbers_in(cells[column], decimal)) for column in cells], axis=1)
+            are_numbers = cells.apply(numbers_in, decimal=decimal).notna()
             # The part of cells that are numbers, of lines with a number in one of the wanted columns.
-            held = numbers[:, wanted].mean(axis=1) if wanted else numbers.any(axis=1)
-            score = float((held * numbers.sum(axis=1) / np.maximum(filled.sum(axis=1), 1)).mean())
+            held = are_numbers[wanted].mean(axis=1) if wanted else are_numbers.any(axis=1)
+            score = float((held * are_numbers.sum(axis=1) / filled).mean())
             if score > 1.01 * best:
                 best, form = score, (delimiter, decimal)
-    if not best:
-        raise no_samples(path, wanted, middle.iloc[0])
     return form
 
 
 def split(path: Path, lines: pd.Series, delimiter: str) -> pd.DataFrame:
     """Return the cells of lines as text without blanks around it, "" where a line is short."""
-    width = int(
-        (lines.str.split().str.len() if delimiter == r"\s+" else 1 + lines.str.count(re.escape(delimiter))).max()
-    )
-    if width > MOST_COLUMNS:
+    counts = lines.str.split().str.len() if delimiter == r"\s+" else 1 + lines.str.count(re.escape(delimiter))
+    if (width := int(counts.max())) > MOST_COLUMNS:
         raise ValueError(f"{path}: has a line of {width} columns, must have at most {MOST_COLUMNS}")
     cells = pd.read_csv(
         StringIO("\n".join(lines)), sep=delimiter, header=None, names=range(width), dtype=str, na_filter=False,
@@ -152,31 +149,31 @@ def numbers_in(cells: pd.Series, decimal: str) -> pd.Series:
 
 def samples_in(
     path: Path, lines: pd.Series, cells: pd.DataFrame, numbers: pd.DataFrame, timed_by: Sequence[int],
-    chosen: Sequence[int], is_cut: bool,
+    chosen: Sequence[int],
 ) -> tuple[pd.Index, list[str]]:  # fmt: skip
     """Return the lines that are samples, and what was left out. A ValueError where that is much.
 
     timed_by: the columns of times; a sample has a number in each. Without them each line is one, though a number is
     missing.
     """
-    present = numbers[timed_by or chosen].notna()
-    is_sample = (present.all(axis=1) if timed_by else present.any(axis=1)).to_numpy()
-    begins = is_sample
+    used, present = sorted({*chosen, *timed_by}), numbers[timed_by or chosen].notna()
+    begins = is_sample = (present.all(axis=1) if timed_by else present.any(axis=1)).to_numpy()
     if not timed_by:
         # A line with a word, or with fewer cells than usual, belongs to the head.
         full = (cells != "").to_numpy()
         words = (full & numbers.isna().to_numpy()).any(axis=1)
         begins = is_sample & ~words & (full.sum(axis=1) == np.median(full.sum(axis=1)))
     three = begins[:-2] & begins[1:-1] & begins[2:]
-    if not three.any():
-        raise no_samples(path, timed_by or chosen, lines.iloc[len(lines) // 2])
+    if not three.any() or numbers[chosen].isna().all().any():
+        raise ValueError(
+            f"{path}: must hold a line for each sample, with numbers in columns {', '.join(map(str, chosen))}, counted "
+            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; decimal commas need another delimiter between "
+            "columns, and a file without times needs interval="
+        )
     first, end = int(three.argmax()), int(np.flatnonzero(is_sample)[-1]) + 1
-    end -= is_cut and end == len(lines)
-    places = np.arange(len(lines))
-    is_sample = (places >= first) & (places < end) & (is_sample | (not timed_by))
-    lost, samples = lines[~is_sample & (places >= first)], lines.index[is_sample]
+    is_sample = is_sample[first:] if timed_by else np.arange(first, len(lines)) < end
+    lost, samples = lines.iloc[first:][~is_sample], lines.index[first:][is_sample]
     if len(lost) > max(FEW, FEW_SHARE * len(samples)):
-        used = sorted({*chosen, *timed_by})
         raise ValueError(
             f"{path}, line {lost.index[0]}: {lost.iloc[0][:SHOWN]!r} must hold {numbers.shape[1]} columns, with "
             f"numbers in {used}"
@@ -186,22 +183,6 @@ def samples_in(
     left_out = count_of(len(lost), "line that is no sample was left out", "lines that are no samples were left out")
     named = ", ".join(f"line {number} {line[:SHOWN]!r}" for number, line in lost[:3].items())
     return samples, [f"{left_out}: {named}"] if len(lost) else []
-
-
-def no_samples(path: Path, columns: Sequence[int], line: str) -> ValueError:
-    """Return the error for a text without lines of numbers in some columns. line: one of it."""
-    where = f"columns {', '.join(map(str, columns))}, counted from 0" if columns else "columns"
-    return ValueError(
-        f"{path}: must hold a line for each sample, with numbers in {where}; a line is {line[:SHOWN]!r}; decimal "
-        "commas need another delimiter between columns, and a file without times needs interval="
-    )
-
-
-def head_cells(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line above the samples, where blanks do not part a name from its unit in brackets."""
-    if delimiter == r"\s+":
-        return re.sub(r"\s+(?=[(\[/])|(?<=/)\s+|^\s*[#%]+\s*", "", line).split()
-    return next(csv.reader([line], delimiter=delimiter))
 
 
 def check_commas(path: Path, cells: pd.DataFrame, delimiter: str, above: Sequence[Sequence[str]], width: int) -> None:
@@ -216,7 +197,8 @@ def check_commas(path: Path, cells: pd.DataFrame, delimiter: str, above: Sequenc
                 f"{path}: {one!r} may be {one.replace(',', '.')} or {one.replace(',', '')}; export the trace with "
                 "decimal points, and without commas in numbers"
             )
-    named = [row for row in above if len(row) > 1 and not any(cell.strip().isdigit() for cell in row)][-1:]
+    named = [list(filter(None, row)) for row in above]
+    named = [row for row in named if len(row) > 1 and not any(map(str.isdigit, row))][-1:]
     are_halves = any(2 * len(row) == width for row in named)
     are_decimals = any(cells[column].str.fullmatch(r"0\d+").any() for column in cells)
     if delimiter == "," and width % 2 == 0 and (are_halves or are_decimals):

@@ -68,7 +68,7 @@ FORMS: dict[str, tuple[list[str], int, int]] = {
     ("form", "encoding"),
     [
         *((form, "utf-8") for form in FORMS),
-        *(("pico, German", e) for e in ("latin-1", "utf-16", "utf-16-le", "utf-8-sig")),
+        *(("pico, German", e) for e in ("latin-1", "utf-16", "utf-8-sig")),
     ],
 )
 def test_forms(tmp_path: Path, form: str, encoding: str) -> None:
@@ -177,7 +177,7 @@ def test_stamps_with_too_few_digits(tmp_path: Path, digits: int, step: float) ->
     time = step * np.arange(2000)
     force = np.exp(-(((time - 1e-4) / 2e-5) ** 2))
     lines = [f"{t:.{digits}f},{v:.6f}" for t, v in zip(time, force, strict=True)]
-    with pytest.warns(hl.HertzlinkWarning, match="stamps of time resolve .* even sampling is taken"):
+    with pytest.warns(hl.HertzlinkWarning, match="times lie up to .* off even sampling, .* which is taken"):
         data = hl.read_signal(written(tmp_path / "coarse.csv", lines), {7: 1}, calibration=10.0)
     assert float(data.time[1] - data.time[0]) == pytest.approx(step, rel=2e-3)
 
@@ -197,7 +197,7 @@ def test_samples_beyond_the_range(tmp_path: Path, word: str) -> None:
     """The incident peak is unknown, and measures that need it refuse."""
     high = VOLTS > 2.0
     lines = [f"{t},{word}" if over else f"{t},{v}" for t, v, over in zip(TIME, VOLTS, high, strict=True)]
-    with pytest.warns(hl.HertzlinkWarning, match=f"sensor 7: {high.sum()} samples are beyond the scope's range"):
+    with pytest.warns(hl.HertzlinkWarning, match=f"sensor 7: {high.sum()} samples are lost or beyond the scope"):
         data = hl.read_signal(written(tmp_path / "over.csv", lines), {7: 1}, calibration=1.0)
     assert np.array_equal(np.isnan(data.sensor_force.sel(sensor=7)), high)
     with pytest.raises(ValueError, match=r"sensor 7: the peak at .* µs has .* clipped samples?"):
@@ -213,9 +213,13 @@ def changed(number: int, text: str | None) -> list[str]:
 @pytest.mark.parametrize(
     ("lines", "said", "lost"),
     [
-        (changed(102, "0.000000000,#OVERFLOW,0.1"), "1 sample is beyond .*: '#OVERFLOW' from line 102 on", 1),
-        (changed(102, "0.000000000"), "1 sample is beyond .*: 'an empty cell' from line 102 on", 1),
-        (changed(102, None), "1 sample is lost and NaN, the first after line 101", 1),
+        (
+            changed(102, "0.000000000,#OVERFLOW,0.1"),
+            "1 sample is lost .*: '#OVERFLOW', the first after line 101",
+            1,
+        ),
+        (changed(102, "0.000000000"), "1 sample is lost .*: 'an empty cell', the first after line 101", 1),
+        (changed(102, None), "1 sample is lost .* and NaN, the first after line 101", 1),
         (changed(102, "# a remark"), "1 line that is no sample was left out: line 102 '# a remark'", 1),
         (
             [*changed(1, "t,a,b"), ",,", "# end"],
