@@ -73,17 +73,19 @@ class Trial:
         return np.array(answers)
 
     def random(self, seed: int) -> list[Any]:
-        """Return random drives."""
-        values = self.size * np.random.default_rng(seed).normal(size=(WINDOWS + self.is_chain, self.points))
-        if self.is_chain:
-            values[0] = 0.0
-        return list(pairwise(values)) if self.is_chain else list(values)
+        """Return random drives; a chain starts where it touches the surface."""
+        values = np.random.default_rng(seed).normal(size=(WINDOWS + self.is_chain, self.points))
+        values[0] *= not self.is_chain
+        return self.drives(values)
 
     def pulse(self) -> list[Any]:
         """Return a smooth push and its end."""
         times = np.arange(WINDOWS + 1) if self.is_chain else np.arange(WINDOWS) + 0.5
-        values = self.size * np.outer(np.sin(np.pi * times / WINDOWS) ** 2, np.ones(self.points))
-        return list(pairwise(values)) if self.is_chain else list(values)
+        return self.drives(np.outer(np.sin(np.pi * times / WINDOWS) ** 2, np.ones(self.points)))
+
+    def drives(self, values: Answers) -> list[Any]:
+        """Return the drives of windows; values: windows × points, of a chain the places between windows."""
+        return list(pairwise(self.size * values)) if self.is_chain else list(self.size * values)
 
 
 def check_repeatable(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
@@ -108,14 +110,12 @@ def check_independent(participant: Any, window: float = WINDOW, size: float | No
     for i, drives in enumerate(zip(*histories, strict=True)):
         for n, drive in enumerate(drives):
             states[n], turns[n][i] = trial.advance(deepcopy(states[n]), drive)
-    words = "a history changes where another is advanced in between: advance keeps a state"
-    require(same(alone, turns), words)
+    require(same(alone, turns), "a history changes where another is advanced in between: advance keeps a state")
 
 
 def check_deterministic(make: Callable[[], Any], window: float = WINDOW, size: float | None = None) -> None:
     """Check that a new instance, which `make` returns, gives the same bits."""
-    trials = [Trial(make(), window, size) for _ in range(2)]
-    first, second = (trial.run(trial.random(4)) for trial in trials)
+    first, second = (trial.run(trial.random(4)) for trial in (Trial(make(), window, size) for _ in range(2)))
     require(same(first, second), "two instances give different answers to the same forces")
 
 
@@ -204,14 +204,12 @@ def check_units(
     factor of MARGIN. Without them, only what moves more easily than a foil is wrong.
     """
     inertia, compliance = push(participant, window, size)
-    moves = f"moves in the first {SHORT:g} s like {inertia:.3g} kg"
-    why = "check the units of force, time and displacement, and that it returns a displacement"
+    moves, why = f"moves in the first {SHORT:g} s like {inertia:.3g} kg", "check the units: N, m, s, and a displacement"
     require(not 0.0 <= inertia / SHORT < LEAST_RESISTANCE, f"{moves}, more easily than a foil; {why}")
-    yields = f"yields by {compliance:.3g} m/N over {HELD:g} s, not 1/{stiffness} m/N"
-    weighs = mass and inertia / mass, f"{moves}, not {mass} kg"
-    for ratio, words in (weighs, (stiffness and compliance * stiffness, yields)):
-        wrong = ratio is not None and (ratio < 1.0 / MARGIN or ratio > MARGIN)
-        require(not wrong, f"{words}; check the units: N, m, s")
+    right = mass is None or 1.0 / MARGIN <= inertia / mass <= MARGIN
+    require(right, f"{moves}, not {mass} kg; {why}")
+    right = stiffness is None or 1.0 / MARGIN <= compliance * stiffness <= MARGIN
+    require(right, f"yields by {compliance:.3g} m/N over {HELD:g} s, not 1/{stiffness} m/N; {why}")
     return inertia, compliance
 
 

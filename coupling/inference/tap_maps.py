@@ -279,9 +279,12 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
     else:
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
 
-    answers = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}
-    reasons = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, Failure)}
-    errors = {k: one.message if one.kind == "ValueError" else str(one) for k, one in reasons.items()}
+    answers, errors = dict[int, xr.Dataset](), dict[int, str]()
+    for k, outcome in enumerate(outcomes):
+        if isinstance(outcome, Failure):
+            errors[k] = outcome.message if outcome.kind == "ValueError" else str(outcome)
+        else:
+            answers[k] = outcome
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
     shown = dict[str, tuple[str, float]]()
@@ -290,7 +293,7 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
         shown |= {name: (unit, size) for name, unit, size in zip(*columns, strict=True)}
     empty = xr.Dataset({name: ("unknown", [one] * len(shown)) for name, one in NONE.items()}, {"unknown": list(shown)})
     every = [answers.get(k, empty) for k in range(len(outcomes))]
-    rows = [answer.reindex(unknown=list(shown), fill_value=NONE)[list(NONE)] for answer in every]
+    rows = [answer[list(NONE)].reindex(unknown=list(shown), fill_value=NONE) for answer in every]
     data = xr.concat(rows, "point", combine_attrs="drop")
     data["verdict"] = data.verdict.astype(str)
     data["unit"], data["unit_size"] = (("unknown", list(column)) for column in zip(*shown.values(), strict=True))

@@ -56,10 +56,9 @@ class Uncertainty(Printed):
         """Return a measure with its uncertainty, and the parameters with their shares, the largest first."""
         if not isfinite(self.value[name]):
             return "no value", []
-        unit = self.units.get(name, "")
-        shares = sorted(((self.shares[part][name], part) for part in self.inputs), key=lambda share: -share[0])
-        parts = [(part, f"{100.0 * share:3.0f} %") for share, part in shares]
-        return f"{readable(self.value[name], unit, 4)} ± {readable(self.standard[name], unit, 2)}", parts
+        both = readable(self.value[name], self.units[name], 4), readable(self.standard[name], self.units[name], 2)
+        parts = sorted(self.inputs, key=lambda part: -self.shares[part][name])
+        return " ± ".join(both), [(part, f"{100.0 * self.shares[part][name]:3.0f} %") for part in parts]
 
     def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
         """Return a run of the same simulation with this budget for a sensor, which reports then show."""
@@ -74,9 +73,10 @@ class Uncertainty(Printed):
     def __str__(self) -> str:
         lines = list[str]()
         for name in self.value:
-            (size, parts), both = self._rows(name), self.sampled.get(name)
-            sampled = f"  (sampled: ± {readable(both[1], self.units.get(name, ''), 2)})" if both else ""
-            lines.append(f"{name} = {size}{sampled}")
+            size, parts = self._rows(name)
+            if name in self.sampled:
+                size += f"  (sampled: ± {readable(self.sampled[name][1], self.units[name], 2)})"
+            lines.append(f"{name} = {size}")
             for part, share in parts:
                 unit, (value, spread) = self.units.get(part, ""), self.inputs[part]
                 lines.append(f"  {share}  {part} = {readable(value, unit, 4)} ± {readable(spread, unit, 2)}")
@@ -149,18 +149,18 @@ def uncertainty(
     of_sensor, values = waves_at([sensor]), dict(zip(inputs, centres.tolist(), strict=True))
     read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
     run = sensitivities(build, until, [sensor], measure=read, **values)
-    given = ("contact_force", "velocity")
-    names = [str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in given]
-    value, standard = dict[str, float](), dict[str, float]()
-    shares: dict[str, dict[str, float]] = {name: {} for name in inputs}
-    for name in names:
-        slopes = run[f"{name}_derivative"].values
-        if slopes.ndim > 1:
-            raise ValueError(f"measure(runs): {name} has the shape {slopes.shape[1:]} for each run; must be one number")
-        parts = (slopes * deviations) ** 2
-        value[name], standard[name] = float(run[name].values.item()), sqrt(float(parts.sum()))
-        for parameter, part in zip(inputs, parts, strict=True):
-            shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
+    names = [name for name in map(str, run.data_vars) if f"{name}_derivative" in run]
+    names = [name for name in names if name not in ("contact_force", "velocity")]
+    if wide := [name for name in names if run[name].ndim]:
+        shape = run[wide[0]].shape
+        raise ValueError(f"measure(runs): {wide[0]} has the shape {shape} for each run; must be one number")
+    value = {name: float(run[name]) for name in names}
+    parts = {name: (run[f"{name}_derivative"].values * deviations) ** 2 for name in names}
+    standard = {name: sqrt(float(part.sum())) for name, part in parts.items()}
+    shares = {
+        parameter: {name: float(part[k] / part.sum()) if part.sum() > 0.0 else 0.0 for name, part in parts.items()}
+        for k, parameter in enumerate(inputs)
+    }
     units = {name: str(run[name].attrs.get("units", "1")) for name in names} | getattr(build, "units", {})
     budget = Uncertainty(value, standard, shares, inputs, units, warnings=findings_of(run))
     said = list[str]()
@@ -172,7 +172,7 @@ def uncertainty(
 
     # Draws of all parameters; or two runs for each of them, a standard uncertainty below and above its value.
     size = len(inputs)
-    ends = np.stack([-np.eye(size), np.eye(size)], axis=1).reshape(-1, size)
+    ends = np.kron(np.eye(size), [[-1.0], [1.0]])
     moves = np.random.default_rng(seed).standard_normal((size, draws)).T if draws else ends
     columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
 

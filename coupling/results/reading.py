@@ -6,7 +6,6 @@ All measures, checks and pictures read a Dataset through `Reading`. It needs no 
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -203,25 +202,17 @@ def read_netcdf(file: Path) -> xr.Dataset:
         raise ValueError(f"{file}: cannot be read as netCDF ({error})") from error
 
 
-class ContactForces(NamedTuple):
-    """The K contacts; their forces on the structures (N, time × K), preload included, and their preloads (N, K)."""
-
-    contacts: list[Contact]
-    force: Vector
-    static: Vector
-
-
-def contact_forces(run: object) -> ContactForces:
-    """Return the K contacts of one run. Raises ValueError for signals, sweeps, and for one chain of several."""
+def contact_forces(run: object) -> tuple[list[Contact], Vector, Vector]:
+    """Return the K contacts of one run; their forces on the structures (N, time × K), preload included, and their
+    preloads (N, K). Raises ValueError for signals, sweeps, and for one chain of several."""
     reading, names = Reading(run, "the Dataset of a run"), ("contact_force", "surface_displacement")
     reading.check_holds(names)
     reading.check_one_run(*names)
     reading.check_whole("chain")
 
-    def at(values: xr.DataArray, contact: Contact) -> Vector:
-        own = values.isel(chain=contact.chain) if "chain" in values.dims else values
-        return at_end(own.transpose("contact", ...).values, contact.end)
+    def of_contacts(values: xr.DataArray) -> Vector:
+        chains = [values.isel(chain=one.chain) if "chain" in values.dims else values for one in reading.contacts]
+        ends = zip(chains, reading.contacts, strict=True)
+        return np.stack([at_end(own.transpose("contact", ...).values, one.end) for own, one in ends], axis=-1)
 
-    force, static = reading.data.contact_force, reading.data.static_force
-    forces = np.stack([at(force, contact) for contact in reading.contacts], axis=-1)
-    return ContactForces(reading.contacts, forces, np.array([at(static, contact) for contact in reading.contacts]))
+    return reading.contacts, of_contacts(reading.data.contact_force), of_contacts(reading.data.static_force)
