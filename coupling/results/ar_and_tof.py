@@ -70,7 +70,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     earliest = not_negative("earliest", earliest, "s")
     if earliest and not reading.is_signal:
         raise ValueError(f"earliest = {earliest!r}: must be 0 for a run, whose contacts show where waves go")
-    peaks, waves = _of_one(reading, sensor, smallest, range(3), earliest)
+    (peaks,), waves, _ = _peaks(reading, sensor, smallest, range(3), earliest, one=True)
     _warn_of_doubts(reading, waves, sensor, 3, smallest, earliest)
     ends, count = readable(float(reading.time[-1]), "s", 4), int(np.isfinite(peaks[:, 0]).sum())
     if not count:
@@ -174,8 +174,8 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     reading, arrivals = Reading(run), []
     for name, bead in beads.items():
-        peaks, _ = _of_one(reading, bead, SMALLEST_WAVE, [0], name=name)
-        arrivals.append(float(peaks[0, 1]))
+        peaks, *_ = _peaks(reading, bead, SMALLEST_WAVE, [0], name=name, one=True)
+        arrivals.append(float(peaks[0, 0, 1]))
     start, end = (reading.position(bead) for bead in beads.values())
     return (end - start) / (arrivals[1] - arrivals[0])
 
@@ -205,36 +205,33 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     return named
 
 
-def _of_one(
-    reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor"
-) -> tuple[Vector, Waves | None]:
-    """Return amplitude, N, and arrival, s, of the waves of one run or signal; a ValueError where there are several."""
-    peaks, waves, template = _peaks(reading, sensor, smallest, places, earliest, name)
-    if template is not None:
-        axis = template.dims[0]
-        raise ValueError(
-            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
-            f"run.isel({axis}=0)"
-        )
-    return peaks[0], waves
-
-
 def _peaks(
-    reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor"
-) -> tuple[Vector, Waves | None, xr.DataArray | None]:
+    reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor",
+    one: bool = False,
+) -> tuple[Vector, Waves | None, xr.DataArray | None]:  # fmt: skip
     """Return what passes a sensor in each of some runs or signals.
 
     The first result is runs × waves × (amplitude, N, and arrival, s), NaN where there is no wave; the second, of runs,
     what is known of their waves; the third a variable over the axes, None for one run.
 
-    places: of the waves that are needed, the incident one first. name: the user's, of the sensor.
+    places: of the waves that are needed, the incident one first. name: the user's, of the sensor. one: whether a
+    ValueError refuses several.
     """
-    time, most = reading.time, 1 + max(places)
-    if not reading.is_signal:
+    time, most, waves = reading.time, 1 + max(places), None
+    if reading.is_signal:
+        signals = reading.measured(sensor, name).transpose(..., "time")
+        template = signals.isel(time=0).reset_coords(drop=True) if signals.ndim > 1 else None
+    else:
         traces, template = traces_of(reading, sensor, name)
+    if one and template is not None:
+        axis = template.dims[0]
+        raise ValueError(
+            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
+            f"run.isel({axis}=0)"
+        )
+    if not reading.is_signal:
         waves = find_waves(time, traces, smallest, most)
         return np.stack([waves.amplitude, waves.arrival], axis=-1), waves, template
-    signals = reading.measured(sensor, name).transpose(..., "time")
     rows = signals.values.reshape(-1, time.size)
     peaks = np.full((len(rows), most, 2), np.nan)
     for force, own in zip(rows, peaks, strict=True):
@@ -242,7 +239,7 @@ def _peaks(
         check_peaks(time, force, found, places, sensor)
         for k, peak in enumerate(found[:most]):
             own[k] = peak
-    return peaks, None, signals.isel(time=0).reset_coords(drop=True) if signals.ndim > 1 else None
+    return peaks, waves, template
 
 
 def traces_of(reading: Reading, sensor: int, name: str = "sensor") -> tuple[Traces, xr.DataArray | None]:
