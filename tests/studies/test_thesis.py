@@ -7,13 +7,12 @@ import pytest
 
 from hertzlink.studies import draw, equations, thesis
 from hertzlink.studies.compare import VERDICTS, counts, printed, table
-from structures.material import MATERIALS
 
 ROOT = Path(__file__).parents[2]
 COUNTS = json.loads(Path(__file__).with_name("thesis_counts.json").read_text(encoding="utf-8"))
 """Verdicts of the last whole run, by part, in the order of VERDICTS."""
 
-SMALL = ("set-ups", "materials", "closed-forms")
+SMALL = ("closed-forms",)
 
 
 def test_each_corrected_equation_passes_its_check_and_the_printed_one_does_not() -> None:
@@ -26,14 +25,6 @@ def test_each_corrected_equation_passes_its_check_and_the_printed_one_does_not()
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts that take no time."""
     monkeypatch.setattr(thesis, "PARTS", SMALL)
-
-
-def test_materials_are_those_of_table_2_1() -> None:
-    rows = thesis.rows_of("materials", quick=False)
-    assert len(rows) == 27
-    assert list(dict.fromkeys(row.number.partition(", ")[2] for row in rows)) == list(MATERIALS)
-    for row in rows:
-        assert float(row.hertzlink) == pytest.approx(float(row.thesis), rel=1e-12)
 
 
 @pytest.mark.usefixtures("small")
