@@ -97,7 +97,7 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
     start.only_chain("the page")
     (chain,), varied = start.all("chain"), [axis.path for axis in task.axes]
     sliders = [of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
-    numbers = [] if task.axes else list(usual(start))
+    numbers = [] if task.axes else list(stated(start, start.tree.entries["structure"]))
     numbers += stated(start, chain)
     losses, drop = chain.entries.get("dissipation"), chain.entries.get("drop_height")
     numbers += stated(start, losses) if isinstance(losses, Call) else ()
@@ -109,37 +109,30 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
     return sliders
 
 
-def usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """Yield what usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
-    body: Call = case.tree.entries["structure"]
-    is_plate = "at" in body.form.common
-    if not is_plate:
-        for i, layer in enumerate(body.entries.get("layers", [])[:LAYERS]):
-            inside = *body.path, "layers", i
-            yield (*inside, "length"), layer.entries["length"], WIDE, inf
-            modulus = (*inside, "material", "youngs_modulus")
-            yield modulus, case.value(modulus), WIDE, inf
-        yield from stated(case, body)
-    if is_plate and points_of(body) == 1 and "width" in body.entries and body.entries["at"][0] > 0.0:
-        yield (*body.path, "at", 0), body.entries["at"][0], NEAR, body.entries["length"]
-    if is_plate and "thickness" in body.entries:
-        yield (*body.path, "thickness"), body.entries["thickness"], NEARER, inf
-
-
 def stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """Yield the positive numbers that a case states of a part, and Young's modulus of its material.
+    """Yield the numbers of a part that usually vary: path, value (SI), range in parts of it, and the greatest value.
 
-    Frequencies and times are left out: they say how finely, and for how long, it is computed.
+    These are the positive numbers that the case states, and Young's moduli of materials; of layers, lengths and moduli;
+    of plates, the distance from the left edge and the thickness. Frequencies and times are left out: they say how
+    finely, and for how long, it is computed.
     """
+    plate = "at" in body.form.common
+    if plate and points_of(body) == 1 and "width" in body.entries and body.entries["at"][0] > 0.0:
+        yield (*body.path, "at", 0), body.entries["at"][0], NEAR, body.entries["length"]
+    for layer in body.entries.get("layers", [])[:LAYERS]:
+        modulus = (*layer.path, "material", "youngs_modulus")
+        yield (*layer.path, "length"), layer.entries["length"], WIDE, inf
+        yield modulus, case.value(modulus), WIDE, inf
     for name, parameter in body.form.entries.items():
         at, value, quantity = (*body.path, name), body.entries.get(name), parameter.quantity
-        if name in body.form.common or name == "drop_height":
+        if value is None or name in (*body.form.common, "drop_height") or (plate and name != "thickness"):
             continue
-        if value is not None and Material in (parameter.type, *get_args(parameter.type)):
+        if Material in (parameter.type, *get_args(parameter.type)):
             modulus = (*at, "youngs_modulus")
             yield modulus, case.value(modulus), HALVES, inf
         elif quantity and quantity.unit not in ("Hz", "s") and isinstance(value, float) and value > 0.0:
-            yield at, value, HALVES if name == "thickness" else WIDE, quantity.high
+            near = NEARER if plate else HALVES
+            yield at, value, near if name == "thickness" else WIDE, quantity.high
 
 
 def of_axis(axis: Axis, start: Case) -> Slider:

@@ -1,18 +1,15 @@
-"""Studies of the thesis and beyond it, a script each: `run(quick, jobs)`, `numbers(data)` and `figures(data)`.
+"""Studies of the thesis and beyond it, a script each, with three functions.
 
-`printed.csv` holds what the thesis prints, and `compare` says whether it agrees. `captions.csv` says what figures show.
+`run(quick, jobs)` simulates and returns a Dataset; `quick` is a coarse version that takes seconds. `numbers(data)`
+yields what the thesis prints, and what else a reader wants to know, as hertzlink finds it. `figures(data)` returns the
+figures by file name. `printed.csv` holds what the thesis prints, and `compare` says whether it agrees. `captions.csv`
+says what the figures show.
 """
 
 import csv
-from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol
-
-import xarray as xr
-
-from hertzlink.studies.compare import Number
-from hertzlink.studies.draw import Figure
+from types import ModuleType
 
 STUDIES = {
     "thesis": "The whole thesis: a verdict on each of its numbers, and each corrected equation with a check.",
@@ -35,26 +32,10 @@ STUDIES = {
 """What each study shows. Sections and chapters are those of the thesis."""
 
 
-class Study(Protocol):
-    """The module of a study."""
-
-    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-        """Simulate; `quick` runs a coarse version in seconds."""
-        ...
-
-    def numbers(self, data: xr.Dataset) -> Iterator[Number]:
-        """Yield what the thesis prints, and what else a reader wants to know, as hertzlink finds it."""
-        ...
-
-    def figures(self, data: xr.Dataset) -> dict[str, Figure]:
-        """Return the figures by file name."""
-        ...
-
-
-def study(name: str) -> Study:
-    """Return the study of this name; its module is imported here."""
+def study(name: str) -> ModuleType:
+    """Return the module of a study, imported here."""
     module = {"yield": "yielding"}.get(name, name.replace("-", "_"))
-    return import_module(f"hertzlink.studies.{module}")  # type: ignore[return-value]
+    return import_module(f"hertzlink.studies.{module}")
 
 
 def captions(name: str) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from time import perf_counter
+from types import ModuleType
 
 import click
 import xarray as xr
@@ -11,7 +12,7 @@ from coupling.results.provenance import provenance, stored
 from coupling.results.reading import read_netcdf
 from hertzlink.cli import FORCE, JOBS, Listing, output_option
 from hertzlink.output import check_output, deliver
-from hertzlink.studies import STUDIES, Study, captions, draw, study
+from hertzlink.studies import STUDIES, captions, draw, study
 from hertzlink.studies.compare import HEAD, compare, table
 from structures.caution import collected
 from structures.checks import nearest
@@ -25,7 +26,7 @@ FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
 class Written:
     """The table and the figures of a study's data, made once and then written. `shown` is for the terminal."""
 
-    def __init__(self, name: str, of: Study, data: xr.Dataset, form: str = "png") -> None:
+    def __init__(self, name: str, of: ModuleType, data: xr.Dataset, form: str = "png") -> None:
         self.name, self.data, self.form = name, data, form
         self.remark = str(data.attrs.get("comment", ""))
         # The study of the thesis has a table and a summary of its own.

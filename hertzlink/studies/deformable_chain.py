@@ -1,4 +1,4 @@
-"""Thesis sections 3.3.2 and 3.4: a wave in a chain of deformable beads, of point masses and by theory; its convergence.
+"""Thesis sections 3.3.2 and 3.4: a wave in a chain of deformable beads, of point masses and by theory.
 
 The thesis models its beads with finite elements, here each has a few modes. A rigid wall ends the thesis's chain; waves
 are read before its echo arrives.
@@ -28,7 +28,7 @@ CONTACTS = (10, 16)
 UNTIL, WITH_ECHO, SAVE_EVERY = 165e-6, 300e-6, 0.25e-6
 PASSING = slice(0.4 * UNTIL, 0.8 * UNTIL)  # Times at which the whole wave is inside the chain.
 FITTED_TOP = 0.9  # The top of a pulse, which is fitted, begins at this fraction of its peak.
-LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
+SPACING, QUICK_SPACING = 2.5e-6, 20e-6  # m, of the mesh of the contact law.
 LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s.
 MODELS, NAMES = ("point masses", "modes"), {"point masses": "point masses", "modes": "deformable beads"}
 
@@ -39,39 +39,27 @@ def chain(beads: str, impact_speed: float, law: hl.laws.ContactLaw | None = None
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return the forces at both speeds, speed over force, and convergence over meshes with its time.
+    """Return the forces at both speeds, speed over force, and the processor time of a run with its law.
 
-    Times are processor times, because other users of the machine influence these little. quick: fewer of everything.
-    jobs: always one process, because all runs take seconds.
+    quick: three striker speeds, and a coarser mesh of the law. jobs: always one process, because all runs take seconds.
     """
-    every = 4 if quick else 1
-    # Compile here, so that no time below includes it.
+    # Compile here, so that the time does not include it.
     hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
-    meshes = shared.over(deformable, law_spacing=LAW_SPACINGS[::every])
-    finest, measured = meshes.isel(law_spacing=-1, drop=True), ["peak_force", "wave_speed"]
-    points = measure(hl.CoSimulation(chain(MODELS[0], MESH_SPEED), None).run(UNTIL, SAVE_EVERY))
-    models = xr.concat([points, finest[measured]], "beads").assign_coords(beads=list(MODELS))
-    speeds = shared.over(of_speed, beads=MODELS, impact_speed=IMPACT_SPEEDS[::every])
-    label = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
-    speeds["theory"] = (speeds.peak_force.dims, by_force(speeds.peak_force.values), label)
-    series = shared.named(meshes[[*measured, "seconds"]], "law").assign(vibration_share=finest.vibration_share)
-    data = xr.merge([models, series, shared.over(with_echo, beads=MODELS), shared.named(speeds, "speed")])
-    return shared.with_units(data, law_spacing="m", impact_speed="m/s", shape_time="s")
-
-
-def deformable(law_spacing: float) -> xr.Dataset:
-    """Return vibration and measures at 0.5 m/s, and the processor time, s, for everything they need.
-
-    law_spacing: of the mesh of the contact law, m.
-    """
-    begin = process_time()
-    law = hl.laws.computed_law(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
+    begin = process_time()  # which other users of the machine influence little
+    law = hl.laws.computed_law(BEAD, max_approach=LAW_APPROACH, spacing=QUICK_SPACING if quick else SPACING)
     run = hl.CoSimulation(chain("modes", MESH_SPEED, law), None).run(UNTIL, SAVE_EVERY)
-    seconds = process_time() - begin
+    time = shared.scalars(seconds=(process_time() - begin, "s", "time of the processor"))
     share = (run.vibration_energy / run.impact_energy).reset_coords(drop=True)
     share = share.assign_attrs(units="1", long_name="vibration of a bead over the impact")
-    time = shared.scalars(seconds=(seconds, "s", "time of the processor"))
-    return measure(run).assign(time).assign(vibration_share=share)
+
+    points = hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, SAVE_EVERY)
+    models = xr.concat([measure(points), measure(run)], "beads").assign_coords(beads=list(MODELS))
+    speeds = shared.over(of_speed, beads=MODELS, impact_speed=IMPACT_SPEEDS[:: 4 if quick else 1])
+    label = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
+    speeds["theory"] = (speeds.peak_force.dims, by_force(speeds.peak_force.values), label)
+    found = [models.assign(vibration_share=share), time, shared.over(with_echo, beads=MODELS)]
+    data = xr.merge([*found, shared.named(speeds, "speed")])
+    return shared.with_units(data, impact_speed="m/s", shape_time="s")
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -148,7 +136,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("peak force, finite elements", soft)
     yield Number("wave speed, discrete particles", {"": slow, "equation 1.10 at this force": float(by_force(rigid))})
     yield Number("wave speed, finite elements", slower)
-    yield Number("time with modes", f"{float(data.law_seconds[-1]):.2g} s")
+    yield Number("time with modes", f"{float(data.seconds):.2g} s")
 
     # What point masses lack: the section of figure 3.3, and the energy of vibrations.
     yield Number("fastest motion over dilatational speed", "")
@@ -159,22 +147,13 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.8 (meshes)."""
+    """Return figures 3.3 (section), 3.4 (sensors) and 3.5 (speed_force)."""
     sensors, panels = draw.each(data, "beads", NAMES.__getitem__, ylabels=["mean of the contacts (N)"])
     for axis, beads in panels:
         draw.lines(axis, beads.sensor_force, "shape_time", "sensor", "bead {}", 1e6)
         axis.set_xlabel("time (µs)")
     draw.legend_above(sensors, axis, 2)
-
-    labels = "peak force at contact 16 (N)", "wave speed (m/s)"
-    meshes, axes = draw.panels(2, xlabel="cells where beads touch (µm)", ylabels=labels)
-    for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
-        axis.axhline(float(data[what].sel(beads="point masses")), color="black", linewidth=0.9, label="point masses")
-        axis.plot(1e6 * data.law_spacing, data[f"law_{what}"], label="deformable beads")
-        draw.logarithmic(axis, "x")
-        axis.invert_xaxis()
-    draw.legend_above(meshes, axes[0], 2)
-    return {"section": section(data), "sensors": sensors, "speed_force": speed_force(data), "meshes": meshes}
+    return {"section": section(data), "sensors": sensors, "speed_force": speed_force(data)}
 
 
 def section(data: xr.Dataset) -> draw.Figure:
