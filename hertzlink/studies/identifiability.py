@@ -4,7 +4,7 @@ Cramér–Rao bounds of a plate's distance to its edge and thickness, and of the
 the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import ceil, pi
@@ -24,6 +24,7 @@ from structures.caution import collected
 from structures.structure import Vector
 
 BEADS, IMPACT_SPEED = 20, 0.31
+NUISANCES = (GAIN, TIME_ZERO)  # A gain for each sensor, and a time zero.
 NOISE, SAMPLE_EVERY = 0.01, 1e-6  # White, a part of the greatest force at each sensor; s.
 RECORDS = (1.4e-3, 2.8e-3)  # s after the impact.
 HIGHEST_FREQUENCY = 60e3  # Hz, resolved by the oscillators of plates; 60 to 200 kHz change AR by 1e-5.
@@ -75,15 +76,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     )  # fmt: skip
 
 
-def designed(
-    build: Callable[..., hl.CoSimulation], values: Mapping[str, float], sensors: Iterable[int],
-    until: float = max(RECORDS), noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
-) -> Design:  # fmt: skip
-    """Return the traces and their derivatives, with a gain for each sensor and a time zero that are not known."""
-    with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
-        return Design(build, values, sensors, until, (GAIN, TIME_ZERO), noise, sample_every)
-
-
 def half_widths(derivatives: xr.DataArray, unknowns: Sequence[str]) -> list[float]:
     """Return the half-widths of the first unknown: the others are not known either, or are known (FREE)."""
     return [DEVIATIONS * bounds_of(derivatives, known)[0][unknowns[0]] for known in ((), unknowns[1:])]
@@ -102,13 +94,18 @@ def edge_case(
     return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, impact_speed), plate)
 
 
-def edge_design(diameter: float, values: Mapping[str, float], contact: str = KNOWN, **how: float) -> Design:
-    """Return the design of one plate, for all sensors and the longest record."""
+def edge_design(
+    diameter: float, values: Mapping[str, float], contact: str = KNOWN, noise: float = NOISE,
+    sample_every: float = SAMPLE_EVERY,
+) -> Design:  # fmt: skip
+    """Return the traces of one plate and their derivatives, with gains and a time zero that are not known."""
 
     def build(**unknowns: float) -> hl.CoSimulation:
         return edge_case(diameter, **unknowns, contact=contact)
 
-    return designed(build, values, {n for group in MEASURED.values() for n in group}, **how)
+    sensors = {n for group in MEASURED.values() for n in group}
+    with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
+        return Design(build, values, sensors, max(RECORDS), NUISANCES, noise, sample_every)
 
 
 def edge_errors(diameter: float, distance: float, thickness: float) -> xr.Dataset:
@@ -163,8 +160,9 @@ def bond_errors(upper: str, upper_thickness: float, bond_stiffness: float) -> xr
         return hl.CoSimulation(chain, hl.rod(layers, "fixed", elements))
 
     values = {"bond_stiffness": bond_stiffness, "thickness": upper_thickness, "impact_speed": IMPACT_SPEED}
-    waveform = designed(build, values, BOND_SENSORS, RECORDS[0]).waveform()
-    return labelled("bond_error", half_widths(waveform, list(values)), bond_free=FREE)
+    with collected():
+        design = Design(build, values, BOND_SENSORS, RECORDS[0], NUISANCES, NOISE, SAMPLE_EVERY)
+    return labelled("bond_error", half_widths(design.waveform(), list(values)), bond_free=FREE)
 
 
 def labelled(name: str, values: Vector | Sequence[object], **axes: Sequence[object]) -> xr.Dataset:
