@@ -96,10 +96,7 @@ def output_option(default: str) -> Callable[[Any], Any]:
 
 
 def of_case(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a command that takes a case file: the function gets the file's name, the Case and further options.
-
-    Its Faults get the file and line of their entry.
-    """
+    """Return a command that takes a case file: the function gets the file's name, the Case and further options."""
 
     @wraps(function)
     def command(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], **others: Any) -> Any:
@@ -109,7 +106,7 @@ def of_case(function: Callable[..., Any]) -> Callable[..., Any]:
         full_case, source = read(case, changes, parts)
         try:
             return function(case, full_case, **others)
-        except Fault as fault:
+        except Fault as fault:  # gets the file and line of its entry
             raise source.error(fault) from None
 
     return click.argument("case", metavar="CASE.toml", type=click.Path())(CHANGES(WITH(command)))
@@ -135,18 +132,10 @@ def run(name: str, case: "Case", output: Path | None, force: bool, jobs: int | N
 
 
 def write_results(
-    name: str,
-    case: "Case",
-    folder: Path,
-    force: bool,
-    work: Callable[[], "Answer"],
-    sensors: Sequence[int] | None = None,
-    form: str | None = None,
-) -> int:
-    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table.
-
-    Returns the exit code. form: of the report's figures as files; None for no such files.
-    """
+    name: str, case: "Case", folder: Path, force: bool, work: Callable[[], "Answer"],
+    sensors: Sequence[int] | None = None, form: str | None = None,
+) -> int:  # fmt: skip
+    """Do the work, write its Dataset, CSV files, table and report into a new folder; return the exit code."""
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.case import of_case
     from hertzlink.reports import default_style, html
@@ -315,10 +304,7 @@ def info() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line. Bad input leads to one line on standard error and exit code 2.
-
-    `arguments` are the words after the name of the program, by default those of the process.
-    """
+    """Run the command line. Bad input leads to one line on standard error and exit code 2."""
     for name in ("SIGTERM", "SIGHUP"):
         # A signal that is ignored stays so, as after nohup.
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is not signal.SIG_IGN:
@@ -327,24 +313,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         sys.exit(cli.main(arguments, prog_name="hertzlink", standalone_mode=False))
     except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
+        error.show()
         sys.exit(WRONG_INPUT)
     except click.ClickException as error:
         words, code = error.format_message(), WRONG_INPUT
     except OSError as error:
         # A full disk names the file of results; without a name it is what is printed.
-        printing = error.errno == errno.ENOSPC and error.filename is None
-        place = "standard output" if printing else error.filename
-        reason = error.strerror or str(error)
-        words, code = (reason if place is None else f"{place}: {reason}"), WRONG_INPUT
+        place = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
+        words, code = f"{place}: {error.strerror or error}".removeprefix(": "), WRONG_INPUT
     except ValueError as error:
-        words, code = str(error), WRONG_INPUT
         from hertzlink.cases import CaseError
 
         # The message of a case begins with its file and line, where editors look for them.
-        if isinstance(error, CaseError):
-            complain(words, "")
-            sys.exit(code)
+        complain(str(error), "" if isinstance(error, CaseError) else "hertzlink: ")
+        sys.exit(WRONG_INPUT)
     except (FloatingPointError, NotConverged) as error:
         words, code = str(error), FAILED
     except (click.Abort, KeyboardInterrupt) as error:

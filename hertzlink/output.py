@@ -60,10 +60,7 @@ def set_up() -> None:
 
 
 def check_output(folder: Path, force: bool) -> None:
-    """Raise a ValueError if the folder cannot be written, before any computation.
-
-    With --force a folder is replaced that holds the files of an earlier command, unchanged, and no others.
-    """
+    """Raise a ValueError if the folder cannot be written, or holds what no earlier command wrote."""
     name = f"--output {folder}"
     try:
         with suppress(FileNotFoundError, NotADirectoryError):
@@ -117,11 +114,7 @@ def deliver(folder: Path, write: Callable[[Path], None], force: bool, text: str)
 
 
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
-    """Write all files into a temporary folder, then rename it. The folder thus appears complete, or not at all.
-
-    The folder was checked before the work. If something has come to lie there since, the results get another name, and
-    an OSError says so.
-    """
+    """Write all files into a temporary folder, then rename it: the folder appears complete, or not at all."""
     folder = folder.resolve()
     new, old = temporary_beside(folder), temporary_beside(folder)
     new.mkdir()
@@ -138,7 +131,7 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
             folder.rename(old)  # nothing can come to lie in it now
             if foreign_files(old):
                 old.rename(folder)
-        if folder.exists():
+        if folder.exists():  # something has come to lie there since it was checked
             place = next(path for i in range(2, 10**6) if not os.path.lexists(path := Path(f"{folder}-{i}")))
             new.rename(place)
             reason = f"holds files by now that would be deleted; nothing was changed; the new folder is {place}"

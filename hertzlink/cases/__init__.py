@@ -72,10 +72,7 @@ def entry(data: Any, path: Sequence[str | int]) -> Any:
 
 
 def put(data: dict[str, Any], path: Path, value: Any) -> None:
-    """Set the entry at a path, in tables that are made where they are missing; a ValueError where that is impossible.
-
-    The name of a material becomes a table like it, so that one of its properties can be set.
-    """
+    """Set the entry at a path, in tables that are made where they are missing."""
     at: Any = data
     for i, part in enumerate(path):
         before, number = written(path[:i]), isinstance(part, int)
@@ -87,7 +84,7 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
         if i + 1 == len(path):
             at[part] = value
             return
-        if part == "material" and isinstance(at.get(part), str):
+        if part == "material" and isinstance(at.get(part), str):  # one property of a material that is named
             at[part] = {"like": at[part]}
         at = at[part] if number else at.setdefault(part, {})
 
@@ -134,11 +131,7 @@ def _value(value: Any) -> str:
 
 @dataclass
 class Source:
-    """The data of a case, and where they come from.
-
-    texts: name and text of each file, from the one that the user named to the last one that is extended. changed: paths
-    of entries that the command line sets.
-    """
+    """The data of a case; name and text of its file and of each that it extends; and paths set by the command line."""
 
     data: dict[str, Any]
     texts: list[tuple[str, str]]
@@ -253,14 +246,12 @@ def _read(name: str, path: File) -> Source:
 
 
 def _with_whole_paths(value: Any, folder: File) -> Any:
-    """Return data with the full paths of files: a case that extends this one, or a result, may lie in another folder.
-
-    A text names a file if it ends as one and the file is there: "plate.mtx", but not "2.5 g".
-    """
+    """Return data with the full paths of files: what extends this case, or a result, may lie in another folder."""
     if isinstance(value, dict):
         return {name: _with_whole_paths(item, folder) for name, item in value.items()}
     if isinstance(value, list):
         return [_with_whole_paths(item, folder) for item in value]
+    # A text names a file if it ends as one and the file is there: "plate.mtx", but not "2.5 g".
     if not isinstance(value, str) or not re.search(r"\.[A-Za-z]\w*$", value):
         return value
     path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))

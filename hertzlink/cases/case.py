@@ -44,15 +44,7 @@ _LOADED: dict[str, bytes] = {}
 
 @dataclass(frozen=True)
 class Case:
-    """One case: the data of its TOML file, and what they build.
-
-    Parameters
-    ----------
-    data : dict
-        The sections, as tomllib reads them.
-    parts : tuple of Path
-        Files of Python that describe parts which the case uses.
-    """
+    """One case: the data of its TOML file, the files of Python with parts that it uses, and what they build."""
 
     data: dict[str, Any]
     parts: tuple[File, ...] = ()
@@ -269,10 +261,7 @@ def _built(what: _Keyed) -> Any:
 
 
 def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] = ()) -> tuple[Case, Source]:
-    """Return a case from a file, with changes of the form path=value, and where its entries stand.
-
-    parts: files of Python that describe parts which the case uses; their code runs.
-    """
+    """Return a case from a file, with changes of the form path=value, and where its entries stand."""
     source = read_source(path, changes)
     case = Case(source.data, parts)
     try:
@@ -306,6 +295,5 @@ def load(files: Iterable[File]) -> None:
 
 
 def of_case(finding: str) -> str:
-    """Return a finding of a run, with times and laws as a case has them: until = "0.61 ms", not until = 0.00061 (0.61
-    ms)."""
+    """Return a finding of a run, with times and laws as a case has them."""
     return UNTIL.sub(r'until = "\1"', finding).replace("law=hl.laws.JacksonGreen() in Chain", YIELDING)

@@ -9,8 +9,7 @@ from structures.moving import MovingStructure
 
 
 def outlook(task: Task) -> str:
-    """Return the lines of text. Builds the first structure, and those at the ends of each axis; raises what they
-    raise."""
+    """Return the lines of text. The first structure is built, and those at the ends of each axis."""
     first = task.first
     point = {"distance" if axis is task.along else axis.name: axis.values[0] for axis in task.axes}
     with collected() as warnings:

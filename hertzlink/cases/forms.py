@@ -161,8 +161,7 @@ class Row(NamedTuple):
 
 @dataclass
 class Allowed:
-    """What an annotation allows: tables by tag and kind, tables without a kind, lists, tables whose entries have any
-    names, and single values, each with the notes on its type."""
+    """What an annotation allows: tables with and without a kind, lists, tables of any names, and single values."""
 
     tagged: dict[str, dict[str, Form]] = field(default_factory=dict)
     plain: list[Form] = field(default_factory=list)

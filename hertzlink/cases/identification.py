@@ -83,8 +83,7 @@ def asked(
 
 
 def question_of(case: Case) -> Task:
-    """Return the task of the section [identify]: its axes are the ranges of the unknowns. A Fault for what does not
-    fit."""
+    """Return the task of the section [identify], checked: its axes are the ranges of the unknowns."""
     asked: Asked | None = case.identify
     if asked is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")

@@ -79,8 +79,7 @@ class Call:
         return self.form.target in OF_MATERIAL and name not in self.entries
 
     def fault(self, message: str) -> Fault:
-        """Return the fault that a message such as "thickness = -1: must be positive" is about; of the table where it
-        names no entry. It shows the value as it is written."""
+        """Return the fault that a message such as "thickness = -1: must be positive" is about, in what a user wrote."""
         head, colon, reason = message.partition(": ")
         name, equals, value = (part.strip() for part in head.partition(" = "))
         name = name.split("[")[0].strip()

@@ -49,20 +49,17 @@ EDGES = ("distance from the left edge", "distance from the bottom edge")
 
 @dataclass(frozen=True)
 class Axis:
-    """An entry that varies: its path, its name in results, its values (SI), the unit of tables and its size in SI.
-
-    place: that in [sweep]. label: its name in tables. words: what it is, for figures.
-    """
+    """An entry that varies, and its values (SI)."""
 
     path: Path
-    place: Path
-    label: str
-    name: str
+    place: Path  # where it is asked for
+    label: str  # in tables
+    name: str  # in results
     values: list[Any]
-    unit: str = ""
+    unit: str = ""  # of tables, with its size in SI units
     size: float = 1.0
     si: str = ""
-    words: str = ""
+    words: str = ""  # for figures
 
     @property
     def is_number(self) -> bool:
@@ -250,7 +247,7 @@ def critical_tables(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str
     along, wanted = task.along, task.case.measure.critical_distance
     assert along is not None
     assert wanted is not None
-    rows, cells, samples, remarks = [], [], [], set()
+    rows, cells, remarks = [], [], set()
     for places in product(*(range(len(axis.values)) for axis in task.others)):
         at = data.isel({axis.name: i for axis, i in zip(task.others, places, strict=True)})
         values = [axis.values[i] for axis, i in zip(task.others, places, strict=True)]
@@ -265,18 +262,18 @@ def critical_tables(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str
         best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
         texts = [axis.shown(value) for axis, value in zip(task.others, values, strict=True)]
         cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", f"{far:.4f}"])
-        for i in np.flatnonzero(at.sampled.values.astype(bool)):
-            sample = at.isel(distance=int(i))
-            samples.append([*values, *map(float, (sample.distance, sample.amplitude_ratio, sample.time_of_flight))])
 
+    names = [axis.name for axis in task.others]
+    every = data[["sampled", "amplitude_ratio", "time_of_flight"]].to_dataframe([*names, "distance"]).reset_index()
+    samples = every[every.sampled.astype(bool)][[*names, "distance", "amplitude_ratio", "time_of_flight"]]
     unit = f", {along.unit}" if along.unit else ""
     head = [*(axis.head for axis in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
     others, distance = [axis.column for axis in task.others], f"distance ({along.si})"
     columns = [*others, f"critical {distance}", "low (m)", "high (m)", "AR far away", "tolerance of AR"]
-    curve = [*others, distance, "amplitude ratio", "time of flight (s)"]
+    samples.columns = pd.Index([*others, distance, "amplitude ratio", "time of flight (s)"])
     tables = [
         Table("critical_distance.csv", pd.DataFrame(rows, columns=columns), pd.DataFrame(cells, columns=head)),
-        Table("points.csv", pd.DataFrame(samples, columns=curve)),
+        Table("points.csv", samples),
     ]
     below = [fill(remark, WIDTH) for remark in sorted(remarks)]
     below.append(f"beyond the critical distance AR stays within ± {wanted.tolerance:g} of AR far away")

@@ -79,10 +79,7 @@ class Task:
         return "critical distance" if self.along is not None else "sweep" if self.axes else "run"
 
     def __call__(self, **values: Any) -> CoSimulation:
-        """Return the co-simulation at values of the axes; `distance` is that of the critical distance.
-
-        What is refused of an axis is a Fault of [sweep], in the unit of the user.
-        """
+        """Return the co-simulation at values of the axes. What is refused of one is a Fault where it is asked for."""
         point = [(axis, values["distance" if axis is self.along else axis.name]) for axis in self.axes]
         changes: dict[Path, Any] = {axis.path: value for axis, value in point}
         try:
@@ -216,10 +213,7 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
 
 
 def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
-    """Run a task; where contacts are beyond yield, once more with Jackson and Green's law, as the findings say then.
-
-    The second result is that with the law, where there is one. A sweep is not repeated.
-    """
+    """Run a task, and where contacts yield once more with Jackson and Green's law. A sweep is not repeated."""
     yielded = None
     with collected() as said:
         data = run_task(task, jobs)
@@ -247,10 +241,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
 
 @dataclass(frozen=True)
 class Table:
-    """A table: the file with its numbers in SI units, and what is shown of it: texts, in the units of the user.
-
-    A table without `shown` is a file alone.
-    """
+    """A table: the file with its numbers in SI units, and what is shown of it, if anything, in the user's units."""
 
     file: str
     data: pd.DataFrame
@@ -267,10 +258,7 @@ class Table:
         return text
 
     def lines(self) -> list[str]:
-        """Return the lines of the table, numbers to the right; what is left out is said to be in the file.
-
-        Of a table that is too wide the heads have two lines, or else each row is a sentence.
-        """
+        """Return the lines of the table. If it is too wide its heads have two lines, or else each row is a sentence."""
         head, rows = [*self.shown.columns], self.shown.values.tolist()[:MOST_ROWS]
         left_out = len(self.shown) - MOST_ROWS
         more = [f"... and {left_out} more in {self.file}"] if left_out > 0 else []
@@ -288,19 +276,15 @@ class Table:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command on a case gives: its result, tables, and lines below the first one.
-
-    yielded: the result with a law of yielding. sketched: what is drawn where the result does not hold it. others: files
-    that are no tables, by name. code: the exit code.
-    """
+    """What a command on a case gives."""
 
     data: xr.Dataset
     tables: list[Table]
-    below: list[str] = field(default_factory=list)
+    below: list[str] = field(default_factory=list)  # lines below the first table
     title: str = ""
-    yielded: xr.Dataset | None = None
-    sketched: CoSimulation | None = None
-    others: dict[str, str] = field(default_factory=dict)
+    yielded: xr.Dataset | None = None  # the result with a law of yielding
+    sketched: CoSimulation | None = None  # where the result does not hold what is sketched
+    others: dict[str, str] = field(default_factory=dict)  # files that are no tables
     code: int = 0
 
     @property
@@ -332,9 +316,8 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
 
 
 def _of_both_laws(elastic: Table, yielding: Table) -> list[Table]:
-    """Return the table of both contact laws: a last column says which one a row is of. Traces, whose times differ, are
-    two tables."""
-    if elastic.file == "traces.csv":
+    """Return the table of both contact laws: a last column says which one a row is of."""
+    if elastic.file == "traces.csv":  # their times differ
         return [elastic, Table("traces_yielding.csv", yielding.data)]
     laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
     data = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
