@@ -290,11 +290,11 @@ def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> No
 
 
 def test_the_distance_of_an_edge_keeps_its_name() -> None:
-    """In results and in warnings, unless a critical distance takes it."""
+    """In results and in warnings, as the distance of a critical distance has it."""
     swept = '\n[sweep]\n"structure.distance" = { from = "5 mm", to = "15 mm", step = "5 mm" }\n'
     case = case_of(template("half-plane") + swept)
     found = case.changed({"measure.critical_distance": {"along": "structure.distance"}})
-    assert [task_of(one).axes[0].name for one in (case, found)] == ["distance", "structure_distance"]
+    assert [task_of(one).axes[0].name for one in (case, found)] == ["distance", "distance"]
 
 
 def test_check_knows_what_identify_takes(command: Callable[..., str]) -> None:

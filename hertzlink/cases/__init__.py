@@ -141,14 +141,11 @@ class Source:
         """Return the fault with its place: that of the deepest entry on its path."""
         if any(fault.path[: len(path)] == path for path in self.changed):
             return CaseError(f"{CHANGE} {fault}")
-        at = fault.path
-        while at and entry(self.data, at) is None:
-            at = at[:-1]
-        while at:
-            for name, text in self.texts:
+        for depth in range(len(fault.path), 0, -1):
+            at = fault.path[:depth]
+            for name, text in self.texts if entry(self.data, at) is not None else ():
                 if line := line_of(text, at):
                     return CaseError(f"{name}:{line}: {fault}")
-            at = at[:-1]
         return CaseError(f"{self.texts[0][0]}: {fault}")
 
     def change(self, change: str) -> None:

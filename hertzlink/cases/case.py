@@ -172,15 +172,12 @@ class Case:
         def seat(number: int, end: str) -> Any:
             """Return what an end of a chain touches: a contact point, or the structure where it has no other one."""
             path, stated = (*calls[number].path, end), calls[number].entries.get(end)
-            if stated is not None:
-                at = stated.made.structure, stated.made.point
-            elif end == "behind":
+            if stated is None and end == "behind":
                 return None
-            elif len(points) == len(calls):
-                at = points[number]
-            else:
+            if stated is None and len(points) != len(calls):
                 many = f"{count_of(len(bodies), 'structure')} with {count_of(len(points), 'contact point')}"
                 raise Fault(path, f"is missing; there are {many}, so give one, such as {{ structure = 0, point = 0 }}")
+            at = points[number] if stated is None else (stated.made.structure, stated.made.point)
             if at not in points:
                 every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
                 raise Fault(path, f"there is no contact point {at[1]} of a structure {at[0]}; take one of {every}")
@@ -191,10 +188,10 @@ class Case:
             return ContactPoint(body, at[1]) if points_of(bodies[at[0]]) > 1 else body
 
         faced, behind = ([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))
-        given: tuple[Any, Any, Any] = chains, faced, behind
-        settings = run.made
+        given: list[Any] = [chains, faced, behind]
         if not isinstance(new.tree.entries["chain"], list):
-            given = chains[0], faced[0], behind[0]
+            given = [one[0] for one in given]
+        settings = run.made
         try:
             return CoSimulation(given[0], given[1], behind=given[2], **settings)
         except ValueError as error:

@@ -11,16 +11,16 @@ from structures.moving import MovingStructure
 def outlook(task: Task) -> str:
     """Return the lines of text. The first structure is built, and those at the ends of each axis."""
     first = task.first
-    point = {"distance" if axis is task.along else axis.name: axis.values[0] for axis in task.axes}
+    point = {axis.name: axis.values[0] for axis in task.axes}
     with collected() as warnings:
         simulation = task(**point)
         with first.located():
             save_every = first.tree.entries["run"].entries.get("save_every")
             plan = simulation.plan(first.until, None if task.axes else save_every)
-        for axis, name in zip(task.axes, point, strict=True):
+        for axis in task.axes:
             for value in [min(axis.values), max(axis.values)] if axis.is_number else axis.values:
                 if value != axis.values[0]:
-                    task(**point | {name: value})
+                    task(**point | {axis.name: value})
 
     runs = count_of(prod(len(axis.values) for axis in task.axes), "run")
     refined = f"a critical distance from {runs}, and some more that refine it"

@@ -146,14 +146,13 @@ def _steps(case: Case, path: Path, place: Path, given: Call) -> list[Any]:
 
 def builder_of(task: Task) -> Callable[..., CoSimulation]:
     """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
-    axes = {"distance" if axis is task.along else axis.name: axis for axis in task.axes}
     plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
     if plates < FEWEST_ON_MODES and task.along is None:
         return task
-    start, changes = {name: axis.values[0] for name, axis in axes.items()}, list[dict[str, Any]]()
-    for name, axis in axes.items():
+    start, changes = {axis.name: axis.values[0] for axis in task.axes}, list[dict[str, Any]]()
+    for axis in task.axes:
         ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
-        changes += [{name: value} for value in ends]
+        changes += [{axis.name: value} for value in ends]
     on_modes = modes_of([partial(task, **(start | change)) for change in [{}, *changes]], task.case.until)
     return task if on_modes is None else partial(on_modes, task)
 

@@ -80,7 +80,7 @@ class Task:
 
     def __call__(self, **values: Any) -> CoSimulation:
         """Return the co-simulation at values of the axes. What is refused of one is a Fault where it is asked for."""
-        point = [(axis, values["distance" if axis is self.along else axis.name]) for axis in self.axes]
+        point = [(axis, values[axis.name]) for axis in self.axes]
         changes: dict[Path, Any] = {axis.path: value for axis, value in point}
         try:
             return self.case.changed(changes).simulation()
@@ -130,7 +130,8 @@ def task_of(case: Case) -> Task:
         raise Fault(place, f'"{wanted}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
     if len(task.sensors) != 1:
         raise Fault(("measure", "sensors"), "must be one for a critical distance; give sensor")
-    return replace(task, along=along)
+    distance = replace(along, name="distance")  # as results call it
+    return replace(task, axes=tuple(distance if axis is along else axis for axis in task.axes), along=distance)
 
 
 def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
@@ -207,8 +208,7 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
                 data = with_budget(case, data, sensor)
     for axis in task.axes:
         words = {"path": written(axis.path), "long_name": axis.words}
-        name = "distance" if axis is task.along else axis.name
-        data[name].attrs.update(words | ({"units": axis.si} if axis.si else {}))
+        data[axis.name].attrs.update(words | ({"units": axis.si} if axis.si else {}))
     return data.assign_attrs(case=case.to_toml())
 
 
