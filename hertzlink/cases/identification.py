@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, Unknown
+from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, unknowns_of
 from coupling.inference.identify import identify
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO
 from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, waves_at, where
@@ -252,21 +252,16 @@ def _map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table
     short = {name: name.split(".")[-1] for name in asked}
     if len(set(short.values())) < len(asked):
         short = {name: name for name in asked}
-    units = {name: str(data.unit.sel(unknown=name).item()) for name in asked}
-    head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"] + ["taps"]
-    head += [f"{short[name]}, {units[name]}" if units[name] else short[name] for name in asked] + ["verdict"]
     cells = []
     for k, verdict in enumerate(verdicts):
-        point = data.isel(point=k)
+        point = data.sel(unknown=asked).isel(point=k)
         shown = [f"{float(point[along]) / data[along].attrs['size']:g}" for along in "xy"] + [str(int(point.taps))]
-        for name in asked:
-            one = point.sel(unknown=name)
-            value, low, high, size = (float(one[what]) for what in ("value", "low", "high", "unit_size"))
-            said = str(one.verdict.item())
-            if np.isnan(value):
-                shown.append("-")
-            else:  # half of the interval, or the interval alone of an unknown that is blind
-                text = Unknown(name, value, (low, high), said, unit_size=size).row()
-                shown.append(f"({text[2]})" if said == BLIND else f"{text[1]} ± {(high - low) / 2.0 / size:#.2g}")
+        unknowns = [replace(one, name=short[one.name]) for one in unknowns_of(point)]
+        for one in unknowns:  # half of the interval, or the interval alone of an unknown that is blind
+            (low, high), (_, value, interval, _) = one.interval, one.row()
+            text = f"({interval})" if one.verdict == BLIND else f"{value} ± {(high - low) / 2.0 / one.unit_size:#.2g}"
+            shown.append("-" if np.isnan(one.value) else text)
         cells.append([*shown, verdict])
+    head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"]
+    head += ["taps", *(one.head for one in unknowns), "verdict"]
     return Table("map.csv", frame, pd.DataFrame(cells, columns=head))

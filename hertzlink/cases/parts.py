@@ -1,7 +1,7 @@
 """The tables of a case that are more than the call of a public function: materials, chain, panels, run, sections."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Annotated, Any
 
@@ -35,6 +35,7 @@ from structures.quantities import (
     OneOf,
     Quantity,
     RelaxationTime,
+    Several,
 )
 from structures.reduction import reduce
 from structures.structure import Structure
@@ -47,7 +48,6 @@ Point = tuple[Coordinate, Coordinate]
 Face = Annotated[str, OneOf("front", "back")]
 Bar = Annotated[int, Count(1, MOST_BEADS)]
 Number = Annotated[int, Count(0)]
-Sensor = Annotated[int, Count()]
 
 
 @in_cases(Material)
@@ -63,9 +63,8 @@ def material(
     needed = {"youngs_modulus": youngs_modulus, "poisson_ratio": poisson_ratio, "density": density}
     stated = {key: value for key, value in (needed | others).items() if value is not None}
     if like is not None:
-        before = {one.name: getattr(like, one.name) for one in fields(Material)}
-        changed = before | stated
-        return like if changed == before and not name else Material(**changed | {"name": name or f"like {like.name}"})
+        changed = replace(like, **stated)
+        return like if changed == like and not name else replace(changed, name=name or f"like {like.name}")
     for key in needed:
         if key not in stated:
             hint = hint_of(form_of(Material).entries[key])
@@ -259,8 +258,8 @@ class Measure:
     """What is read from runs. chain: which of several, counted from 0."""
 
     chain: Number = 0
-    sensor: Sensor | None = None
-    sensors: Sequence[Sensor] | None = None
+    sensor: Several | None = None
+    sensors: Sequence[Several] | None = None
     traces: bool = False
     numerical_error: bool = False
     critical_distance: CriticalDistance | None = None
