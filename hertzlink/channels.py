@@ -36,7 +36,7 @@ def table(seen: Overview) -> str:
     ]
     for look in seen.looks[:SHOWN]:
         low, high = np.nanmin(look.values), np.nanmax(look.values)
-        sizes = [readable(float(value), look.unit) for value in (low, high, look.step, look.noise)]
+        sizes = [readable(float(value), look.unit) for value in (low, high, look.measures.step, look.noise)]
         hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}" if look.hum else "none"
         if not look.hum and look.lead < 0.02:  # a period of 50 Hz
             hum = "lead too short"
@@ -56,17 +56,17 @@ def table(seen: Overview) -> str:
 
 def remarks(look: Look) -> Iterator[str]:
     """Yield what may mislead a fit."""
-    span = float(np.nanmax(look.values) - np.nanmin(look.values))
+    span, step, white = float(np.nanmax(look.values) - np.nanmin(look.values)), look.measures.step, look.measures.noise
     if look.clipped:
         yield f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range"
-    if look.missing:
-        yield f"{count_of(look.missing, 'sample is', 'samples are')} missing or beyond the range"
+    if missing := int(np.isnan(look.values).sum()):
+        yield f"{count_of(missing, 'sample is', 'samples are')} missing or beyond the range"
     if not look.lead:
         yield "no quiet lead: record from before the impact on"
-    elif look.noise > max(COLOURED * look.white, look.step):
-        yield f"the lead scatters {look.noise / look.white:.1f} times as much as white noise would: hum or drift"
-    if 0.0 < span < 64 * look.step:
-        yield f"only {count_of(round(span / look.step), 'step')} of the digitiser: use a narrower range"
+    elif look.noise > max(COLOURED * white, step):
+        yield f"the lead scatters {look.noise / white:.1f} times as much as white noise would: hum or drift"
+    if 0.0 < span < 64 * step:
+        yield f"only {count_of(round(span / step), 'step')} of the digitiser: use a narrower range"
 
 
 def drawn(seen: Overview, suffix: str) -> bytes:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coupling.results.sensor_trace import measures
+from coupling.results.sensor_trace import Measures, measures
 from coupling.signals.conditioning import mains_hum
 from coupling.signals.files import opened, sampled
 from coupling.signals.recordings import Sampling
@@ -17,19 +17,17 @@ COLOURED = 1.5  # Noise is not white if the quiet lead scatters by so much more 
 
 
 class Look(NamedTuple):
-    """A channel: its column, name and SI unit; its samples; those that are clipped or missing; the digitiser's step;
-    the standard deviation of the quiet lead, that of white noise, and the lead, s; hum as (Hz, amplitude) or None."""
+    """A channel: its column, name and SI unit; its samples, and what is measured of them; how many are clipped; the
+    standard deviation of the quiet lead; how long that is, s; hum as (Hz, amplitude) or None."""
 
     column: int
     name: str
     unit: str
     time: Vector
     values: Vector
+    measures: Measures
     clipped: int
-    missing: int
-    step: float
     noise: float
-    white: float
     lead: float
     hum: tuple[float, float] | None
 
@@ -55,7 +53,7 @@ def overview(path: Path, interval: float | None = None, segment: int | None = No
             refused[column] = str(error).removeprefix(str(path)).lstrip(":, ")
             continue
         notes += said
-        seen, missing = measures(time, values), int((~np.isfinite(values)).sum())
+        seen = measures(time, values)
         noise = float(seen.filled[: seen.lead].std(ddof=1)) if seen.lead > 1 else seen.noise
         hums = list[tuple[float, float, float]]()
         for mains in MAINS:
@@ -64,10 +62,9 @@ def overview(path: Path, interval: float | None = None, segment: int | None = No
             if hum is not None:
                 left, before = (float(part[: record.lead].std()) for part in (record.filled - hum, record.filled))
                 hums += [(left, mains, float(np.ptp(hum) / 2.0))] if left < CLEAR * before else []
-        found = min(hums)[1:] if hums else None
-        clipped, lead = int(seen.clipped.sum()) - missing, float(time[seen.lead] - time[0])
-        sizes = clipped, missing, seen.step, noise, seen.noise, lead, found
-        looks.append(Look(column, channel.name, unit, time, values, *sizes))
+        clipped, lead = int((seen.clipped & np.isfinite(values)).sum()), float(time[seen.lead] - time[0])
+        strongest = min(hums)[1:] if hums else None
+        looks.append(Look(column, channel.name, unit, time, values, seen, clipped, noise, lead, strongest))
     if not looks:
         raise ValueError(f"{path}: {next(iter(refused.values()), 'holds no channel of samples')}")
     return Overview(recording.kind, looks, refused, [*dict.fromkeys(notes)])

@@ -146,16 +146,14 @@ def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str] | None = Non
     with a name of TIMES, or numbers with names of INTERVALS and STARTS, of their own folder or of one above."""
     vectors, numbers, stated = dict[str, Vector](), dict[str, float](), units or {}
     for name, array in arrays.items():
-        values = np.squeeze(np.asarray(array))
+        values = np.atleast_2d(np.squeeze(np.asarray(array)))
         if values.dtype.kind not in "iuf" or values.ndim > 2:
             continue
-        if values.ndim == 0:
-            numbers[name] = float(values)
-        elif values.ndim == 1 and values.size >= FEWEST_SAMPLES:
-            vectors[name] = values.astype(float)
-        elif values.ndim == 2 and max(values.shape) >= FEWEST_SAMPLES:
-            columns = values if values.shape[0] < values.shape[1] else values.T
-            vectors |= {f"{name}[{k}]": column.astype(float) for k, column in enumerate(columns)}
+        if values.size == 1:
+            numbers[name] = float(values[0, 0])
+        elif max(values.shape) >= FEWEST_SAMPLES:
+            columns = (values if values.shape[0] < values.shape[1] else values.T).astype(float)
+            vectors |= {name: columns[0]} if len(columns) == 1 else {f"{name}[{k}]": c for k, c in enumerate(columns)}
 
     def key(name: str) -> str:
         return name.rpartition("/")[2].lower().replace("_", "")

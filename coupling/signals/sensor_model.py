@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from coupling.results.measures import sensor_force
 from coupling.results.reading import Reading
-from coupling.results.schema import RUN, SIGNAL, kind_of
+from coupling.results.schema import SIGNAL, kind_of
 from coupling.results.sensor_trace import checked_trace
 from coupling.signals.conditioning import checked_signal
 from coupling.signals.signals import as_signal
@@ -97,16 +97,13 @@ class SensorModel:
     def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
         """Return what sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
         instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
-        if kind_of(signal) not in (RUN, SIGNAL):
-            raise ValueError("signal: must be one run, or one measured signal")
-        if sensors is None and kind_of(signal) == RUN:
+        if sensors is None and kind_of(signal) != SIGNAL:
             raise ValueError("sensors = None: must name the beads of a run that are sensors, such as [7, 13]")
-        chosen = signal.sensor.values.tolist() if sensors is None else sensors
-        return self._each(signal, chosen, self.response, "Seen by")
+        return self._each(signal, sensors, self.response, "Seen by")
 
     def correct(self, signal: xr.Dataset) -> xr.Dataset:
         """Return a measured signal without the loss of charge; remove its offset before, which would grow with time."""
-        numbers = checked_signal("signal", signal).sensor.values.tolist()
+        checked_signal("signal", signal)
         if self.time_constant is None:
             raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
         # What a linear force adds to the lost part over a step, by its two ends: v[k] = z[k] − w[k],
@@ -119,21 +116,21 @@ class SensorModel:
             lost = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
             return np.asarray(seen + np.append(0.0, lost))
 
-        return self._each(signal, numbers, restored, "Loss of charge restored for")
+        return self._each(signal, None, restored, "Loss of charge restored for")
 
     def _each(
-        self, signal: xr.Dataset, sensors: Iterable[int], change: Callable[[Vector, Vector], Vector], how: str
+        self, signal: xr.Dataset, sensors: Iterable[int] | None, change: Callable[[Vector, Vector], Vector], how: str
     ) -> xr.Dataset:
-        reading, forces = Reading(signal), dict[int, Vector]()
-        for sensor in listed("sensors", sensors, object, "one bead number or more"):
+        forces, beads = dict[int, Vector](), signal.sensor.values.tolist() if sensors is None else sensors
+        for sensor in listed("sensors", beads, object, "one bead number or more"):
             number = whole("sensors", sensor)
             force = sensor_force(signal, number)
             if force.dims != ("time",):
-                raise ValueError("signal: holds several chains; choose one with signal.isel(chain=0)")
+                raise ValueError("signal: must be one run or signal of one chain; choose it with signal.isel(chain=0)")
             if gone := int((~np.isfinite(force.values)).sum()):
                 raise ValueError(f"signal: sensor {number} has {gone} clipped samples (NaN); must have none")
             forces[number] = change(signal.time.values, force.values)
-        places = {n: reading.position(n) for n in forces} if "centre" in signal.coords else None
-        changed = as_signal(signal.time.values, forces, places)
+        places = {n: Reading(signal).position(n) for n in forces} if "centre" in signal.coords else None
         before = str(signal.attrs.get("conditioning", "")).splitlines()
-        return changed.assign_attrs(conditioning="\n".join([*before, f"{how} {self!r}."]))
+        text = "\n".join([*before, f"{how} {self!r}."])
+        return as_signal(signal.time.values, forces, places).assign_attrs(conditioning=text)

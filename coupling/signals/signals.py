@@ -146,12 +146,11 @@ def read_signal(
     >>> print(f"{hl.reflections(signal, sensor=7).incident.amplitude:.1f} N")
     50.0 N
     """
-    if isinstance(path, list | tuple):
-        raise ValueError(
-            f"path = {short(path)}: must be one file, or {{sensor: file}} for files of one channel each; for taps, "
-            "average_taps([read_signal(file, …) for file in files])"
-        )
-    instance("path", path, str | Path | Mapping, "the name of a file, or {sensor: file}")  # type: ignore[arg-type]
+    instance(
+        "path", path, str | Path | Mapping,  # type: ignore[arg-type]
+        "one file, or {sensor: file} for files of one channel each; for taps, average_taps([read_signal(file, …) for "
+        "file in files])",
+    )  # fmt: skip
     instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
     column_of = {whole("sensor", sensor): whole(f"sensors[{sensor}]", column, 0) for sensor, column in sensors.items()}
     if not column_of or time_column in column_of.values():
@@ -163,25 +162,23 @@ def read_signal(
     if interval is not None and time_column is not None:
         raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
     sampling = Sampling(time_column, time_unit, unit, interval, start, segment, skip)
-    files = dict(path) if isinstance(path, Mapping) else dict.fromkeys(column_of, path)
-    if files.keys() != column_of.keys():
+    named = dict(path) if isinstance(path, Mapping) else dict.fromkeys(column_of, path)
+    if named.keys() != column_of.keys():
         raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
-    for sensor, file in files.items():
+    for sensor, file in named.items():
         instance(f"path[{sensor}]", file, str | Path, "the name of a file")  # type: ignore[arg-type]
-    sensors_of = dict[Path, list[int]]()
-    for sensor in column_of:
-        sensors_of.setdefault(Path(files[sensor]), []).append(sensor)
-    where = ", ".join(map(str, sensors_of))
+    files = {sensor: Path(file) for sensor, file in named.items()}
+    where = ", ".join(map(str, dict.fromkeys(files.values())))
 
     # The channels of all files over one time.
     pieces, units, notes = dict[int, tuple[Vector, Vector]](), dict[int, str](), list[str]()
-    for file, its in sensors_of.items():
-        columns = [column_of[sensor] for sensor in its]
-        if len(set(columns)) < len(columns):
+    for file in dict.fromkeys(files.values()):
+        columns = {sensor: column for sensor, column in column_of.items() if files[sensor] == file}
+        if len(set(columns.values())) < len(columns):
             raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
-        recording = opened(existing(f"path = {str(file)!r}", file), columns, sampling)
+        recording = opened(existing(f"path = {str(file)!r}", file), columns.values(), sampling)
         said = [*recording.notes]
-        for sensor, column in zip(its, columns, strict=True):
+        for sensor, column in columns.items():
             time, values, units[sensor], doubts = sampled(file, recording, column, sampling, f"sensor {sensor}")
             pieces[sensor] = time, values
             said += doubts
@@ -203,7 +200,7 @@ def read_signal(
             must = f"must give κ for sensor {sensor}, a number of N/V, not zero"
             raise ValueError(f"calibration = {calibration!r}: {must}")
         forces[sensor] = (factor or 1.0) * forces[sensor][cut]
-    names = {n: str(file) for n, file in files.items()} if isinstance(path, Mapping) else str(path)
+    names = {n: str(file) for n, file in named.items()} if isinstance(path, Mapping) else str(path)
     inputs = {"signal": names, "sensors": column_of, **sampling._asdict(), "columns_converted_to": units}
     inputs |= {"calibration": calibration, "baseline": baseline}
     data = _dataset(time[cut], forces, positions, baseline, inputs, f"{where}: ")
@@ -260,17 +257,16 @@ def _dataset(
 
 def _doubts(data: xr.Dataset, upright: str) -> list[str]:
     """Return what suggests a wrong unit, or sensors that are wired the other way round; upright: what mends these."""
-    doubts, negative = list[str](), list[int]()
+    negative = list[int]()
     step = float(data.time[1] - data.time[0])
-    for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):
-        force = interpolated_over_gaps(row)
-        if is_inverted(force):
-            negative.append(sensor)
-        width = smoothed(-force if is_inverted(force) else force)[2]
-        with collected() as said:
+    with collected() as doubts:
+        for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):
+            force = interpolated_over_gaps(row)
+            if is_inverted(force):
+                negative.append(sensor)
+                force = -force
             Likely.MEASURED_FORCE.warn(f"sensor {sensor}:", "greatest force", float(np.abs(force).max()))
-            Likely.WAVE.warn(f"sensor {sensor}:", "width of a wave", width * step)
-        doubts += said
+            Likely.WAVE.warn(f"sensor {sensor}:", "width of a wave", smoothed(force)[2] * step)
     if negative:
         whose = "all sensors" if len(negative) == data.sensor.size else f"sensor {', '.join(map(str, negative))}"
         doubts.append(f"the waves of {whose} are negative: the polarity is reversed; {upright}")

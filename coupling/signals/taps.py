@@ -78,18 +78,17 @@ def average_taps(
         if not waves:
             raise ValueError(f"signals[{k}]: sensor {chosen} recorded no wave; leave this tap out")
         peaks.append(waves[0])
-    heights, arrivals = zip(*peaks, strict=True)
+    heights, arrivals = np.array(peaks).T
 
     # Whole steps inside all taps; rounding may not lead outside one.
-    first = max(float(tap.time[0]) - at for tap, at in zip(taps, arrivals, strict=True))
-    last = min(float(tap.time[-1]) - at for tap, at in zip(taps, arrivals, strict=True))
+    times = [tap.time.values - at for tap, at in zip(taps, arrivals, strict=True)]
+    first, last = max(float(time[0]) for time in times), min(float(time[-1]) for time in times)
     time = step * np.arange(np.ceil(first / step + 1e-6), np.floor(last / step - 1e-6) + 1)
     means, noises = dict[int, Vector](), list[float]()
     for number in numbers:
         samples = [np.asarray(tap.sensor_force.sel(sensor=number).values) for tap in taps]
         # NaN next to samples that are NaN.
-        moved = zip(taps, arrivals, samples, strict=True)
-        rows = np.stack([np.interp(time + at, tap.time.values, force) for tap, at, force in moved])
+        rows = np.stack([np.interp(time, own, force) for own, force in zip(times, samples, strict=True)])
         means[number] = rows.mean(axis=0)
         complete = rows[:, np.isfinite(means[number])]
         if not complete.size:

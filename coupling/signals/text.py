@@ -3,7 +3,6 @@
 import re
 import warnings
 from collections.abc import Collection, Sequence
-from decimal import Decimal
 from io import StringIO
 from pathlib import Path
 
@@ -82,10 +81,13 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
     check_commas(path, table[sorted({*chosen, *timed_by})], delimiter, above, width)
     times = dict[int | None, tuple[Vector | None, Unit]]({None: (None, Unit())})
     for column in timed_by:
-        since, begins = time_in(numbers[column].to_numpy(), table[column], decimal)
+        moments = numbers[column].to_numpy()
+        # Seconds since 1970 leave no digits for the even times between them.
+        if np.spacing(np.abs(moments).max()) > 1e-3 * np.median(np.abs(np.diff(moments))) > 0.0:
+            notes.append(f"times count from the first sample, {table[column].iloc[0]}")
+            moments = moments - moments[0]
         is_clock = table[column].iloc[0].count(":") > 1
-        times[column] = since, Unit("s", "s") if is_clock else head.unit(column, TIME)
-        notes += [f"times count from the first sample, {begins}"] if begins else []
+        times[column] = moments, Unit("s", "s") if is_clock else head.unit(column, TIME)
     channels = {}
     for column in chosen:
         missing = table[column][numbers[column].isna()][:100]
@@ -223,20 +225,10 @@ def rises(values: pd.Series) -> bool:
 def clock(cells: pd.Series) -> pd.Series:
     """Return times of day, such as "10:23:11.000005" or a date with it, s after the first; NaN for other text."""
     bare = cells.str.replace(",", ".", regex=False)
-    of_day = bare.str.match(CLOCK.pattern + r"(\.\d+)?( [AP]M)?$").mean() > 0.5
-    day = "1 January 2000 " if of_day else ""
+    day = "1 January 2000 " if bare.str.match(CLOCK.pattern + r"(\.\d+)?( [AP]M)?$").mean() > 0.5 else ""
     middle = day + bare.iloc[len(bare) // 2]
     with warnings.catch_warnings():  # pandas warns of 11/28/2026
         warnings.simplefilter("ignore")
         form = pd.tseries.api.guess_datetime_format(middle, dayfirst=not re.match(r"\d{4}", middle))
     moments = pd.to_datetime(day + bare, format=form or "mixed", dayfirst=not form, errors="coerce", utc=True)
     return (moments - moments.min()) / pd.Timedelta(1, "s")
-
-
-def time_in(values: Vector, cells: pd.Series, decimal: str) -> tuple[Vector, str]:
-    """Return a column of times; those with too many digits for a float from the first sample on, with that as text."""
-    step = abs(float(np.median(np.diff(values))))
-    if not np.spacing(np.abs(values).max()) > 1e-3 * step > 0.0:
-        return values, ""
-    texts = [Decimal(text) for text in cells.str.replace(decimal, ".", regex=False)]
-    return np.array([float(text - texts[0]) for text in texts]), str(texts[0])
