@@ -46,8 +46,9 @@ def folded(data: Any) -> Any:
     return _with_beads(data, rows)
 
 
-def unfolded(data: Any) -> Any:
-    """Return what `folded` was given; raise a ValueError for more beads than any chain has."""
+def stored(text: object) -> dict[str, Any]:
+    """Return input or versions from the text that a Dataset holds, each bead by itself; empty where it is nothing that
+    `as_text` wrote."""
 
     def beads(rows: list[Any]) -> list[Any]:
         counts = [row["count"] if isinstance(row, Mapping) and row.keys() == {"count", "bead"} else 1 for row in rows]
@@ -55,7 +56,11 @@ def unfolded(data: Any) -> Any:
             raise ValueError(f"beads: must be at most {MOST_BEADS}")
         return [bead for row, n in zip(rows, counts, strict=True) for bead in ([row["bead"]] * n if n > 1 else [row])]
 
-    return _with_beads(data, beads)
+    try:
+        data = _with_beads(text if isinstance(text, Mapping) else json.loads(text), beads)  # type: ignore[arg-type]
+    except (TypeError, ValueError, RecursionError):
+        return {}
+    return data if isinstance(data, dict) else {}
 
 
 def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
@@ -66,15 +71,6 @@ def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
             for name, value in data.items()
         }
     return [_with_beads(value, change) for value in data] if isinstance(data, list | tuple) else data
-
-
-def stored(text: object) -> dict[str, Any]:
-    """Return input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
-    try:
-        data = unfolded(text if isinstance(text, Mapping) else json.loads(text))  # type: ignore[arg-type]
-    except (TypeError, ValueError, RecursionError):
-        return {}
-    return data if isinstance(data, dict) else {}
 
 
 def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:

@@ -126,14 +126,9 @@ def unit_of(name: str) -> str:
 
 
 def run_coordinates(
-    times: Any,
-    bodies: Sequence[int],
-    contacts: Sequence[int],
-    centres: Any,
-    static_force: Any,
-    impact_energy: Any = None,
-    owner: Sequence[str] = (),
-) -> dict[str, Any]:
+    times: Any, bodies: Sequence[int], contacts: Sequence[int], centres: Any, static_force: Any,
+    impact_energy: Any = None, owner: Sequence[str] = (),
+) -> dict[str, Any]:  # fmt: skip
     """Return the coordinates of a run, SI units.
 
     bodies, contacts: their numbers, counted from zero. owner: "chain" where it has several.
@@ -155,9 +150,5 @@ def variable(name: str, values: Any, *owner: str, description: str = "") -> tupl
 
     owner: the dimension of which a result has several. description: if it differs from that of the schema.
     """
-    quantity = VARIABLES[name]
-    return (
-        ["time", *owner, *quantity.bodies],
-        values,
-        {"units": quantity.units, "long_name": description or quantity.description},
-    )
+    units, usual, _, bodies = VARIABLES[name]
+    return ["time", *owner, *bodies], values, {"units": units, "long_name": description or usual}
