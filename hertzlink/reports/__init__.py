@@ -2,8 +2,8 @@
 
 import base64
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cache
@@ -108,14 +108,11 @@ def usual_facts(took: float | None, attributes: Mapping[str, Any]) -> list[tuple
     return [*facts, ("versions", ", ".join(f"{name} {number}" for name, number in numbers.items()))]
 
 
-@contextmanager
-def default_style() -> Iterator[None]:
+def default_style() -> AbstractContextManager[None]:
     """Draw with matplotlib's default settings: a user's matplotlibrc may need programs that are not installed."""
-    from matplotlib import rc_context, rcdefaults
+    from matplotlib import style
 
-    with rc_context():
-        rcdefaults()
-        yield
+    return style.context("default")
 
 
 def drawn(name: str, caption: str, draw: Callable[..., Any], height: float = HEIGHT, folded: bool = False) -> Picture:
@@ -139,8 +136,7 @@ def svg(figure: "Figure") -> str:
 
 def sketch_and_input(data: xr.Dataset, setup: Any = None) -> tuple[list[Picture], list[tuple[str, str]]]:
     """Return a sketch of the set-up, if it is known, and the input that a result holds as texts with titles."""
-    pictures = list[Picture]()
-    source = data if setup is None else setup
+    pictures, source = list[Picture](), data if setup is None else setup
     if setup is not None:
         sketches.described_input(setup, "setup")  # refuses what cannot be drawn
     with suppress(ValueError):  # of data that do not hold it

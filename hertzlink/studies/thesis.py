@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from hertzlink.studies import draw, equations, study
-from hertzlink.studies.compare import AGREES, DIFFERS, MISPRINT, VERDICTS, WIDTH, Number, Row, compare, counts, printed
+from hertzlink.studies.compare import AGREES, DIFFERS, MISPRINT, VERDICTS, Number, Row, compare, counts, printed
 from hertzlink.studies.shared import each
 from structures.caution import collected
 
@@ -67,9 +67,8 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def summary(data: xr.Dataset) -> str:
-    """Return for the terminal what agrees and what does not, and counts by part."""
+    """Return for the terminal how many numbers agree and how many do not."""
     total, quick = counts(rows(data)), " (a quick run, whose coarser studies change a few verdicts)"
-    width = max(map(len, PARTS))
     lines = [
         f"{sum(total.values())} numbers and statements of the thesis{quick if data.attrs.get('quick') else ''}:",
         f"- {total[AGREES]} agree; where they need a condition, the table names it.",
@@ -77,14 +76,9 @@ def summary(data: xr.Dataset) -> str:
         f"- {total[MISPRINT]} are misprints: the corrected form agrees.",
         f"{sum(not row.verdict for row in rows(data))} inputs and undefined numbers are not counted.",
         "",
-        " " * width + "".join(f"{word:>11}" for word in VERDICTS),
-        "-" * WIDTH,
+        "table.txt and report.html hold counts by part, and each verdict and why.",
     ]
-    for part in (*PARTS, ""):
-        of = counts(rows(data, part))
-        if any(of.values()):
-            lines.append(f"{part or 'all':<{width}}" + "".join(f"{of[word] or '':>11}" for word in VERDICTS))
-    return "\n".join([*map(str.rstrip, lines), "", "table.txt and report.html hold each number, its verdict and why."])
+    return "\n".join(lines)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
