@@ -23,7 +23,6 @@ MOST_BYTES = 50_000_000  # of a text
 KINDS: tuple[tuple[int, bytes, str, Any], ...] = (
     (0, b"TDSm", "a TDMS file of LabVIEW", recordings.tdms),
     (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", recordings.matlab),
-    (0, b"MATLAB 7.3", "a file of MATLAB 7.3", recordings.hdf5),
     (0, b"\x89HDF", "an HDF5 file", recordings.hdf5),
     (512, b"\x89HDF", "an HDF5 file", recordings.hdf5),
 )
