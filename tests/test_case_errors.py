@@ -73,11 +73,11 @@ WRONG_RODS = [
     ("beads = 8", "beads = 8\nbeads = 9", 3, "is given twice"),
     ("[run]", "[run", 14, "TOML"),
     # Names of sections and entries.
-    ("[structure]", "[strucutre]", 7, "strucutre: is no entry here; did you mean structure?"),
-    ("beads = 8", "bead_count = 8", 2, "chain.bead_count: is no entry here"),
-    ("[run]", "[run]\nend = 1", 15, "run.end: is no entry here"),
-    ('radius = "9.5 mm" },\n]', 'raduis = "9.5 mm" },\n]', 11, "structure.layers[1].raduis: is no entry here; did you mean radius?"),
-    ("impact_speed", "velocity", 5, "chain.velocity: is no entry here; must be one of "),
+    ("[structure]", "[strucutre]", 7, "strucutre: is not an entry here; did you mean structure?"),
+    ("beads = 8", "bead_count = 8", 2, "chain.bead_count: is not an entry here"),
+    ("[run]", "[run]\nend = 1", 15, "run.end: is not an entry here"),
+    ('radius = "9.5 mm" },\n]', 'raduis = "9.5 mm" },\n]', 11, "structure.layers[1].raduis: is not an entry here; did you mean radius?"),
+    ("impact_speed", "velocity", 5, "chain.velocity: is not an entry here; must be one of "),
     ('"9.53 mm"', '"9.53 Mm"', 3, 'chain.bead.diameter: "9.53 Mm": half of it must lie between 1e-09 and 1e+06 m'),
     # What is missing.
     ('[run]\nuntil = "0.1 ms"\n', "", None, 'run: is missing; give a section: [run] with until = "1.5 ms"'),
@@ -91,13 +91,13 @@ WRONG_RODS = [
     ('kind = "rod"', "", 7, "structure.kind: is missing; must be one of nothing"),
     ('material = "PTFE", length = "20 mm"', 'material = "PTFE"', 11, "structure.layers[1].length: is missing; give a length"),
     # Materials.
-    ('"PTFE"', '"PFTE"', 11, 'structure.layers[1].material: "PFTE" is no material; did you mean PTFE?'),
-    ('"PTFE"', '"steal"', 11, '"steal" is no material; did you mean steel 316 or steel 440C?'),
-    ('"PTFE"', '"unobtainium"', 11, '"unobtainium" is no material; must be one of steel 316, steel 440C'),
+    ('"PTFE"', '"PFTE"', 11, 'structure.layers[1].material: "PFTE" is not a material; did you mean PTFE?'),
+    ('"PTFE"', '"steal"', 11, '"steal" is not a material; did you mean steel 316 or steel 440C?'),
+    ('"PTFE"', '"unobtainium"', 11, '"unobtainium" is not a material; must be one of steel 316, steel 440C'),
     ('"PTFE"', "7", 11, "structure.layers[1].material: 7 must be the name of a material"),
     ('"PTFE"', "{ youngs_modulus = 1e9 }", 11, "structure.layers[1].material.poisson_ratio: is missing; give a number"),
     ('"PTFE"', '{ like = "PTFE", poisson_ratio = 0.6 }', 11, "material.poisson_ratio: 0.6 must lie between -1 and 0.5"),
-    ('"PTFE"', '{ like = "PTFE", yungs_modulus = 1e9 }', 11, "material.yungs_modulus: is no entry here; did you mean youngs_modulus?"),
+    ('"PTFE"', '{ like = "PTFE", yungs_modulus = 1e9 }', 11, "material.yungs_modulus: is not an entry here; did you mean youngs_modulus?"),
     ("[chain]", "[materials.glue]\nyoungs_modulus = 1e9\n[chain]", 1, "materials.glue.poisson_ratio: is missing"),
     # Units.
     ('"9.53 mm"', '"9.53 mn"', 3, 'chain.bead.diameter: "9.53 mn": "mn" is no unit'),
@@ -108,10 +108,10 @@ WRONG_RODS = [
     ('"9.53 mm"', "nan", 3, "chain.bead.diameter: nan is not finite"),
     ('"9.53 mm"', "true", 3, "chain.bead.diameter: true must be a length"),
     # Kinds.
-    ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is no kind; did you mean rod?'),
+    ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is not a kind; did you mean rod?'),
     ('kind = "rod"', "kind = 7", 8, "structure.kind"),
     ('kind = "rod"', 'kind = "rod"\nbase = "fix"', 9, 'structure.base: "fix" is not possible; did you mean fixed?'),
-    ("beads = 8", 'beads = 8\ndissipation = { kind = "dashpot", coefficient = 5 }', 3, 'chain.dissipation.kind: "dashpot" is no kind; did you mean'),
+    ("beads = 8", 'beads = 8\ndissipation = { kind = "dashpot", coefficient = 5 }', 3, 'chain.dissipation.kind: "dashpot" is not a kind; did you mean'),
     ("beads = 8", 'beads = 8\nlaw = "jackson_green"', 3, 'chain.law: "jackson_green" must be a table; write law = { kind = "jackson_green" }'),
     ("beads = 8", "beads = 8\ndissipation = 5", 3, "chain.dissipation: 5 must be a table"),
     ("beads = 8", 'beads = 8\nlaw = { kind = "power_law" }', 3, "chain.law.stiffness: is missing; give a number"),
@@ -121,7 +121,7 @@ WRONG_RODS = [
     ("beads = 8", "beads = 5000\nrepeat = 50000", 3, "chain.repeat: 50000 makes 250000000 beads"),
     ("beads = 8", "beads = [7]", 2, "chain.beads[0]: 7 must be a table"),
     ('striker = "bead"', "striker = 3", 4, 'chain.striker: 3 must be "bead", "none"'),
-    ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is no kind; did you mean spring_loaded?'),
+    ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is not a kind; did you mean spring_loaded?'),
     # What hertzlink's objects refuse.
     ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
     ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),
@@ -134,13 +134,13 @@ WRONG_RODS = [
     ('kind = "rod"', 'kind = "rod"\ndamping = [{ kind = "modal", ratio = 0.01 }]', 9, "structure.damping[0]: structure: its"),
     ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be a positive number of s'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is not an entry here; must be one of kind, predictor"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 us"\nadaptive = { tolerance = 1e-4 }', 17, "run.adaptive: sets the windows; leave out window"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nreduce = "yes"', 16, 'run.reduce: "yes" must be true, false, or a table'),
     # What does not fit together.
-    ("[run]", "[measure]\nsensor = 9\n[run]", 15, "measure.sensor: 9 is no bead of a chain of 8; beads are counted from the struck end"),
+    ("[run]", "[measure]\nsensor = 9\n[run]", 15, "measure.sensor: 9 is not a bead of a chain of 8; beads are counted from the struck end"),
     ("[run]", "[measure]\nsensor = 0\n[run]", 15, "measure.sensor: 0 must be at least 1"),
-    ("[run]", "[measure]\nsensors = [3, 9]\n[run]", 15, "measure.sensors[1]: 9 is no bead"),
+    ("[run]", "[measure]\nsensors = [3, 9]\n[run]", 15, "measure.sensors[1]: 9 is not a bead"),
     ("[run]", "[measure]\nsensors = [3, 3]\n[run]", 15, "measure.sensors: names a bead twice"),
     ("[chain]", 'extends = "none.toml"\n[chain]', 1, 'extends: there is no file "none.toml"'),
     ("[chain]", 'extends = "case.toml"\n[chain]', 1, 'extends: "case.toml" leads back to this file'),
@@ -157,9 +157,9 @@ WRONG_RODS = [
 
 WRONG_PLATES = [
     ('"aluminium 6061"', '{ bending = [[1.0]] }', 11, "structure.material.shear: is missing; give two rows of two numbers, N/m"),
-    ('"aluminium 6061"', '{ plies = [], thickness = "2 mm" }', 11, "structure.material.thickness: is no entry here; must be one of plies, surface"),
+    ('"aluminium 6061"', '{ plies = [], thickness = "2 mm" }', 11, "structure.material.thickness: is not an entry here; must be one of plies, surface"),
     ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 kg" }] }', 11, 'structure.material.plies[0].thickness: "1 kg": "kg" is no unit'),
-    ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 11, 'structure.material.surface: "PTFF" is no material; did you mean PTFE?'),
+    ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 11, 'structure.material.surface: "PTFF" is not a material; did you mean PTFE?'),
     ('left = "clamped"', 'left = "glued"', 12, 'structure.supports.left: "glued" is not possible; must be one of clamped, simple'),
     ('at = ["60 mm", "100 mm"]', 'at = ["60 mm"]', 13, "structure.at: ['60 mm'] has 1 entry; must have 2"),
     ('at = ["60 mm", "100 mm"]', 'at = "middle"', 13, 'structure.at: "middle" must be a list'),
@@ -167,7 +167,7 @@ WRONG_PLATES = [
     ('thickness = "2 mm"', 'thickness = "2 mm"\nadditions = [{ kind = "point_mass", at = [9, 9], mass = "1 g" }]', 11, "structure.additions: PointMass(x=9.0, y=9.0, mass=0.001) must lie on the plate"),
     ('thickness = "2 mm"', 'thickness = "2 mm"\ncells = [10, 0]', 11, "structure.cells[1]: 0 must be at least 1"),
     # Sweeps.
-    ('"structure.thickness" = ["2 mm", "3 mm"]', '"structure.thicknes" = ["2 mm", "3 mm"]', 19, "sweep.\"structure.thicknes\"[0]: is no entry here; did you mean thickness?"),
+    ('"structure.thickness" = ["2 mm", "3 mm"]', '"structure.thicknes" = ["2 mm", "3 mm"]', 19, "sweep.\"structure.thicknes\"[0]: is not an entry here; did you mean thickness?"),
     ('["2 mm", "3 mm"]', '["2 mm", "3 mn"]', 19, 'sweep."structure.thickness"[1]: "3 mn": "mn" is no unit'),
     ('["2 mm", "3 mm"]', '["2 mm", "2 mm"]', 19, 'sweep."structure.thickness"[1]: "2 mm" is given twice'),
     ('["2 mm", "3 mm"]', "[]", 19, 'sweep."structure.thickness": [] has 0 entries; must have at least 1'),
@@ -180,13 +180,13 @@ WRONG_PLATES = [
     ('to = "60 mm"', 'to = "10 mm"', 20, 'sweep."structure.at[0]".to: "10 mm" must be above the first value'),
     ('from = "20 mm", ', "", 20, 'sweep."structure.at[0]".from: is missing; give the first value'),
     ('until = "0.5 ms"', 'until = "0.5 ms"\nsave_every = 1e-6', 17, "run.save_every: is chosen by a sweep; leave it out"),
-    ('along = "structure.at[0]"', 'along = "structure.at[1]"', 24, 'measure.critical_distance.along: "structure.at[1]" is no axis of [sweep]; take one of them: structure.thickness'),
+    ('along = "structure.at[0]"', 'along = "structure.at[1]"', 24, 'measure.critical_distance.along: "structure.at[1]" is not an axis of [sweep]; take one of them: structure.thickness'),
     ('along = "structure.at[0]", ', "", 24, "measure.critical_distance.along: is missing; give the path of an axis"),
     ('step = "20 mm"', 'step = "40 mm"', 24, "has too few distances in [sweep]; give 3 or more"),
 ]  # fmt: skip
 
 WRONG_QUESTIONS = [
-    ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is no bead of 1 to 20; write { 7 = 1 }'),
+    ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is not a bead of 1 to 20; write { 7 = 1 }'),
     ("7 = 1", "7 = -1", 27, "identify.sensors.7: -1 must be at least 0"),
     ("{ 7 = 1, 13 = 2 }", "{}", 27, "identify.sensors: is empty; give a table of beads and columns, such as { 7 = 1 }"),
     ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is no unit of this quantity'),
@@ -195,13 +195,13 @@ WRONG_QUESTIONS = [
     ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2'),
     ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is no unit of this quantity'),
     ('"structure.thickness" = ["1', '"structure.at" = ["1', 29, '"structure.at"[0]: "1 mm" must be a list; give the point'),
-    ('"structure.thickness" = ["1', '"structure.layers[0].length" = ["1', 29, 'structure.layers is no list, so it has no entry [0]'),
-    ('"structure.thickness" = ["1', '"chain.speed" = ["1', 29, 'is no entry here; did you mean impact_speed?'),
+    ('"structure.thickness" = ["1', '"structure.layers[0].length" = ["1', 29, 'structure.layers is not a list, so it has no entry [0]'),
+    ('"structure.thickness" = ["1', '"chain.speed" = ["1', 29, 'is not an entry here; did you mean impact_speed?'),
     ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.width" = ["1 mm", "2 mm"], "structure.length" = ["a", "b"]', 29, "must be a length"),
     ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.material" = ["PTFE", "nylon"]', 29, '"structure.material": must have two numbers, the lowest and the highest'),
-    ('"gain"', '"gains"', 30, 'identify.nuisances[1]: "gains" is none; take gain, offset, time_zero'),
+    ('"gain"', '"gains"', 30, 'identify.nuisances[1]: "gains" is not a nuisance; take gain, offset, time_zero'),
     ('"gain"', '"chain.drop_height"', 30, '"chain.drop_height" has no value in the case; give it a range'),
-    ("[identify]", "[identification]", 26, "identification: is no entry here; did you mean identify?"),
+    ("[identify]", "[identification]", 26, "identification: is not an entry here; did you mean identify?"),
 ]  # fmt: skip
 
 
@@ -247,11 +247,11 @@ def test_a_wrong_case_is_one_line(
     ("change", "words"),
     [
         ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0 as structure.layers[0], so no entry [5]"),
-        ("structure.kind.of=1", "structure.kind is no table"),
-        ("structure[0]=1", "structure is no list"),
+        ("structure.kind.of=1", "structure.kind is not a table"),
+        ("structure[0]=1", "structure is not a list"),
         ("nonsense", 'has no "="'),
-        ("=3", '"" is no path of an entry'),
-        ("a..b=3", "is no path of an entry"),
+        ("=3", '"" is not the path of an entry'),
+        ("a..b=3", "is not the path of an entry"),
         ("extends=x", "a change cannot extend another case"),
         ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is no unit of this quantity'),
         ("structure.layers[0].material.density=-1", "structure.layers[0].material.density: -1.0 must be a positive number"),
@@ -262,7 +262,7 @@ def test_a_wrong_case_is_one_line(
         ("run.until=150 s", 'run.until: "150 s": takes 6.'),
         ("chain.bead.diameter=9.53e6", "9530000.0: half of it must lie between 1e-09 and 1e+06 m"),
         ("structure.layers[0].radius=1e9", "structure.layers[0].radius: "),
-        ("chain.bead.contact_angle=9 deg", "chain.bead.contact_angle: is no entry here"),
+        ("chain.bead.contact_angle=9 deg", "chain.bead.contact_angle: is not an entry here"),
         ("run.most_steps=0", "run.most_steps: 0.0 must be a positive number"),
     ],
 )  # fmt: skip
@@ -275,17 +275,17 @@ def test_a_wrong_change_is_one_line(complaint: Callable[..., str], change: str, 
 
 
 UNQUOTED = [
-    ("at = [10 mm, 20 mm]", '10 mm is no value of TOML; write "10 mm" in quotes'),
-    ('layers = [{ material = "PTFE", length = 9.5 mm }]', '9.5 mm is no value of TOML; write "9.5 mm" in quotes'),
-    ("material = steel 440C", 'steel 440C is no value of TOML; write "steel 440C" in quotes'),
-    ("adaptive = True", "True is no value of TOML; write true"),
-    ("radius = 4,76e-3", "4,76e-3 is no number; write 4.76e-3"),
-    ('a = "300 mm" 2', "Expected newline or end of document after a statement; this is no TOML"),
+    ("at = [10 mm, 20 mm]", '10 mm is not a value of TOML; write "10 mm" in quotes'),
+    ('layers = [{ material = "PTFE", length = 9.5 mm }]', '9.5 mm is not a value of TOML; write "9.5 mm" in quotes'),
+    ("material = steel 440C", 'steel 440C is not a value of TOML; write "steel 440C" in quotes'),
+    ("adaptive = True", "True is not a value of TOML; write true"),
+    ("radius = 4,76e-3", "4,76e-3 is not a number; write 4.76e-3"),
+    ('a = "300 mm" 2', "Expected newline or end of document after a statement; this is not valid TOML"),
     ("a = 3 # first\na = 4", "this entry or section is given twice, first in line 2; keep one of them"),
     ("[run]\n[run]", "this entry or section is given twice, first in line 2; keep one of them"),
     ("a = 1" + "0" * 5000, "Exceeds the limit"),
     ('mesh = "C:\\dir\\me.msh"', 'a backslash has a meaning in "..."; write / in paths, or single quotes'),
-    ("a = “2 mm”", '“ is no quotation mark of TOML; write "'),
+    ("a = “2 mm”", '“ is not a quotation mark of TOML; write "'),
     ("a = [1, 2\n[run]", "a list or table that begins here is not closed"),
 ]
 
@@ -309,7 +309,7 @@ def test_a_range_is_in_the_unit_of_the_case() -> None:
     [
         ("none.toml", "there is no such file"),
         ("folder", "cannot be read (Is a directory)"),
-        ("binary.toml", "is no text in UTF-8"),
+        ("binary.toml", "is not text in UTF-8"),
         ("/dev/zero", "has more than 1e+06 bytes"),
     ],
 )
@@ -383,11 +383,11 @@ def test_a_case_leaves_out_what_the_file_below_has(complaint: Callable[..., str]
     assert case.data == tomllib.loads(ROD) | {"measure": {"sensor": 3}}
     for name in ("sweeps", "structure.layers[0]", "chain.beads.count", "measure.", 3):
         Path("case.toml").write_text(f'extends = "base.toml"\nwithout = ["sweep", {name!r}]\n')
-        said = f'case.toml:2: without[1]: {name!r} is no entry of "base.toml", such as "sweep"'
+        said = f'case.toml:2: without[1]: {name!r} is not an entry of "base.toml", such as "sweep"'
         assert complaint("check", "case.toml") == said
     Path("case.toml").write_text(f'without = ["sweep"]\n{ROD}')
     assert complaint("check", "case.toml").endswith(
-        "without[0]: 'sweep' is no entry of another case; give extends as well"
+        "without[0]: 'sweep' is not an entry of another case; give extends as well"
     )
 
 
@@ -410,7 +410,7 @@ def test_new_writes_no_file_twice(complaint: Callable[..., str]) -> None:
     assert "exists already; give another PATH" in complaint("new", "rod")
     assert Path("rod.toml").read_text() == "mine"
     assert "did you mean rod?" in complaint("new", "rodd")
-    assert '"none.nc" is no kind of case; must be one of chain, ' in complaint("new", "none.nc")
+    assert '"none.nc" is not a kind of case; must be one of chain, ' in complaint("new", "none.nc")
     assert "No such file or directory; nothing was changed" in complaint("new", "rod", "no/such/place.toml")
 
 
@@ -486,4 +486,4 @@ def test_a_case_whose_name_is_not_in_utf_8_runs(
     os.mkdir(b"folder\xff")
     Path(os.fsdecode(b"folder\xff"), "b.toml").write_text(BASE)
     Path(os.fsdecode(b"folder\xff"), "m.vtu").touch()
-    assert "is no name in UTF-8" in complaint("run", os.fsdecode(b"folder\xff/b.toml"))
+    assert "is not a name in UTF-8" in complaint("run", os.fsdecode(b"folder\xff/b.toml"))

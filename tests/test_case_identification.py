@@ -84,7 +84,7 @@ def test_the_uncertainty_of_a_material_that_is_named(path: str, modulus: float) 
     assert inputs == {path: (modulus, pytest.approx(0.02 * modulus))}
     moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(task(**{path: 3e9}).describe())))
     assert set(map(float, moduli)) == {200e9, 1.53e9} - {modulus} | {3e9}
-    with pytest.raises(Fault, match=r"is no entry here; did you mean youngs_modulus\?"):
+    with pytest.raises(Fault, match=r"is not an entry here; did you mean youngs_modulus\?"):
         budget_of(case_of(text.replace("youngs_modulus", "modulus")))
 
 

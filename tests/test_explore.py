@@ -357,7 +357,7 @@ def test_ctrl_c_ends_it_in_one_line(
     ("change", "message"),
     [
         ("structure.thickness=-1 mm", "structure.thickness: "),
-        ("measure.sensor=13", "measure.sensor: 13 is no bead"),
+        ("measure.sensor=13", "measure.sensor: 13 is not a bead"),
     ],
 )
 def test_a_wrong_case_is_one_line(

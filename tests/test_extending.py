@@ -99,7 +99,7 @@ def test_results_name_the_file_of_its_code(cantilever: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words", "said"),
     [
-        ("", "", (), 'case.toml:7: structure.kind: "cantilever" is no kind; must be one of nothing, beam'),
+        ("", "", (), 'case.toml:7: structure.kind: "cantilever" is not a kind; must be one of nothing, beam'),
         ("", "", ("--with", "none.py"), "--with none.py: cannot be read (No such file or directory)"),
         ("@hl.described", "", ("--with", "mine.py"), "--with mine.py: describes no part; write @hl.described above"),
         ("hl.Structure:", "hl.Structure", ("--with", "mine.py"), "--with mine.py:8: expected ':'"),
@@ -128,7 +128,7 @@ def test_what_is_wrong_with_it_is_one_line(
             'case.toml:8: structure.length: "50 kg": "kg" is no unit of this quantity; must be a length',
         ),
         ('length = "-50 mm"', 'case.toml:8: structure.length: "-50 mm" must be a positive number of m'),
-        ('lenght = "50 mm"', "case.toml:8: structure.lenght: is no entry here; did you mean length?"),
+        ('lenght = "50 mm"', "case.toml:8: structure.lenght: is not an entry here; did you mean length?"),
         ("", "case.toml:6: structure.length: is missing; give a length"),
     ],
 )

@@ -52,7 +52,7 @@ def parsed(text: str) -> Path:
     """Return the path that a text names; raise a ValueError for a text that names none."""
     parts = list(PART.finditer(text))
     if not parts or parts[0][3] or "".join(part[0] for part in parts) != text:
-        raise ValueError(f'"{text}" is no path of an entry; write it as structure.layers[1].material')
+        raise ValueError(f'"{text}" is not the path of an entry; write it as structure.layers[1].material')
     return tuple(int(part[3]) if part[3] else part[2] if part[1] is None else part[1] for part in parts)
 
 
@@ -80,7 +80,8 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
         if many and not (isinstance(part, int) and part < len(at)):
             raise ValueError(f"{before} has {many}, counted from 0 as {before}[0], so no entry {written((part,))}")
         if not many and (number or not isinstance(at, dict)):
-            raise ValueError(f"{before} is no {'list' if number else 'table'}, so it has no entry {written((part,))}")
+            kind = "list" if number else "table"
+            raise ValueError(f"{before} is not a {kind}, so it has no entry {written((part,))}")
         if i + 1 == len(path):
             at[part] = value
             return
@@ -197,7 +198,7 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
             except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
                 below = one.data.get("extends")
                 of = f'of "{below}", such as "sweep"' if below else "of another case; give extends as well"
-                raise one.error(Fault(("without", i), f"{short(left_out)} is no entry {of}")) from None
+                raise one.error(Fault(("without", i), f"{short(left_out)} is not an entry {of}")) from None
         _merge(data, {key: value for key, value in one.data.items() if key not in ("extends", "without")})
     source = Source(data, [text for one in files for text in one.texts])
     for change in changes:
@@ -228,7 +229,7 @@ def _read(name: str, path: File) -> Source:
     except OSError as error:
         raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
-        raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
+        raise CaseError(f"{name}: is not text in UTF-8; is it a case file?") from None
     if len(content) > LARGEST:
         raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
     try:
@@ -255,7 +256,7 @@ def _with_whole_paths(value: Any, folder: File) -> Any:
     if not os.path.isfile(path):
         return value
     if os.fsencode(path).decode("utf-8", "replace") != path:
-        raise CaseError(f"{path}: is no name in UTF-8, so results could not hold it; give the file another name")
+        raise CaseError(f"{path}: is not a name in UTF-8, so results could not hold it; give the file another name")
     return path
 
 
@@ -288,7 +289,7 @@ def _syntax(name: str, message: str, text: str) -> str:
     typed = next((one for one in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(one))), "")
     if word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
         typed = word[1]
-    reason = f"{words}; this is no TOML"
+    reason = f"{words}; this is not valid TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
         same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
         first = f", first in line {same[-1]}" if same else ""
@@ -296,12 +297,12 @@ def _syntax(name: str, message: str, text: str) -> str:
     elif "Unescaped '\\'" in words or "Invalid hex" in words:
         reason = r'a backslash has a meaning in "..."; write / in paths, or single quotes'
     elif curly := re.search("[“”„‘’]", row):
-        reason = f'{curly[0]} is no quotation mark of TOML; write "'
+        reason = f'{curly[0]} is not a quotation mark of TOML; write "'
     elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):
-        reason = f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
+        reason = f"{comma[1]} is not a number; write {comma[1].replace(',', '.')}"
     elif typed:
         right = typed.lower() if typed in ("True", "False") else f'"{typed}" in quotes'
-        reason = f"{typed} is no value of TOML; write {right}"
+        reason = f"{typed} is not a value of TOML; write {right}"
     elif words.startswith("Unclosed") or (words, number) == ("Invalid value", None):
         line = max((i for i, other in enumerate(rows[:line], 1) if re.search(r"=\s*[\[{]", other)), default=line)
         reason = "a list or table that begins here is not closed"

@@ -91,7 +91,7 @@ def question_of(case: Case) -> Task:
     count = count_of_beads(case, 0)
     for name in asked.sensors:
         if not name.isdigit() or not 1 <= int(name) <= count:
-            reason = f'"{name}" is no bead of 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
+            reason = f'"{name}" is not a bead of 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
             raise Fault(("identify", "sensors", name), reason)
 
     axes: dict[str, Axis] = {}
@@ -108,7 +108,8 @@ def question_of(case: Case) -> Task:
         if key in OF_SENSORS:
             continue
         if "." not in key:
-            raise Fault(place, f'"{key}" is none; take {", ".join(OF_SENSORS)}, or a path such as chain.impact_speed')
+            choices = ", ".join(OF_SENSORS)
+            raise Fault(place, f'"{key}" is not a nuisance; take {choices}, or a path such as chain.impact_speed')
         axis = axis_of(case, key, place)
         if axis.name not in axes:
             value = case.value(axis.path)

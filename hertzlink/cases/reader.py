@@ -160,14 +160,14 @@ def _table(table: dict[str, Any], may: Allowed, path: Path, context: Context) ->
             raise Fault((*path, tag), f"is missing; {nearest('', forms, 40)}")
         if not isinstance(word, str) or word not in forms:
             cure = "one of your own needs --with FILE.py that describes it"
-            raise Fault((*path, tag), f"{shown(word)} is no {tag}; {nearest(word, forms, 40)}; {cure}")
+            raise Fault((*path, tag), f"{shown(word)} is not a {tag}; {nearest(word, forms, 40)}; {cure}")
         form = forms[word]
     else:
         form = max(may.plain, key=lambda form: len({*form.entries} & {*table}))
     names = [form.tag, *form.entries] if form.tag else [*form.entries]
     for name in table:
         if name not in names:
-            raise Fault((*path, name), f"is no entry here; {nearest(name, names, 20)}")
+            raise Fault((*path, name), f"is not an entry here; {nearest(name, names, 20)}")
     given = {name: value for name, value in table.items() if value is not None and name in form.entries}
     entries = {name: read(value, form.entries[name], (*path, name), context) for name, value in given.items()}
     for name, parameter in form.entries.items():
@@ -236,7 +236,7 @@ def _material(name: Any, kind: Any, path: Path, context: Context) -> Any:
                 raise Fault(path, f'"{name}" is orthotropic; only plies take it')
             return call
     if name not in MATERIALS:
-        raise Fault(path, f'"{name}" is no material; {nearest(name, [*context.materials, *MATERIALS])}')
+        raise Fault(path, f'"{name}" is not a material; {nearest(name, [*context.materials, *MATERIALS])}')
     return MATERIALS[name]
 
 

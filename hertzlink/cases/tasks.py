@@ -107,7 +107,7 @@ def task_of(case: Case) -> Task:
         if "sensitivities" in case.tree.entries:
             budget_of(case)
     if measure.chain >= (count := len(case.all("chain"))):
-        raise Fault(("measure", "chain"), f"{measure.chain} is no chain of {count}, counted from 0")
+        raise Fault(("measure", "chain"), f"{measure.chain} is not a chain of {count}, counted from 0")
     if measure.numerical_error:
         case.only_chain("a numerical error")
         if task.axes:
@@ -125,7 +125,7 @@ def task_of(case: Case) -> Task:
     if along is None:
         give = f'give [sweep] "{wanted}" = {{ from =, to =, step = }}'
         cure = f"take one of them: {', '.join(paths)}" if paths else give
-        raise Fault(place, f'"{wanted}" is no axis of [sweep]; {cure}')
+        raise Fault(place, f'"{wanted}" is not an axis of [sweep]; {cure}')
     if not along.is_number or len(along.values) < FEWEST_DISTANCES:
         raise Fault(place, f'"{wanted}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
     if len(task.sensors) != 1:
@@ -143,7 +143,7 @@ def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
     for i, sensor in enumerate(sensors):
         if sensor > count:
             place: Path = ("measure", "sensors", i) if measure.sensors else ("measure", "sensor")
-            raise Fault(place, f"{sensor} is no bead of a chain of {count}; beads are counted from the struck end")
+            raise Fault(place, f"{sensor} is not a bead of a chain of {count}; beads are counted from the struck end")
     if len(set(sensors)) < len(sensors):
         raise Fault(("measure", "sensors"), "names a bead twice")
     return tuple(sensors)

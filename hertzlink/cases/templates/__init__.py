@@ -22,7 +22,7 @@ KINDS = (
 def template(kind: str) -> str:
     """Return the text of a first case file; a ValueError for an unknown kind."""
     if kind not in KINDS:
-        raise ValueError(f'new: "{kind}" is no kind of case; {nearest(kind, KINDS, len(KINDS))}')
+        raise ValueError(f'new: "{kind}" is not a kind of case; {nearest(kind, KINDS, len(KINDS))}')
     return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
 
 
