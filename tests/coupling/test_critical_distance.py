@@ -134,7 +134,7 @@ def test_refinement_meets_the_closed_form(bracket: float) -> None:
     assert found.critical_distance.item() == pytest.approx(exact, abs=0.02 * bracket + 5e-6)
     assert found.far_value.item() == pytest.approx(0.5, abs=1e-4)
     assert len(seen) == len(set(seen)) == found.sizes["distance"]
-    assert len(seen) < len(SCAN) + 12
+    assert len(seen) <= len(SCAN) + 4  # two beside the crossing of a spline, and two where they miss it
 
 
 def test_last_crossing_of_an_oscillating_curve() -> None:

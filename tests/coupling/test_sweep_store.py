@@ -95,6 +95,13 @@ def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
     assert unwarned(turned.transpose(*grown.dims)).identical(unwarned(grown))
 
 
+def test_results_of_other_sources_of_hertzlink_are_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    swept(tmp_path)
+    monkeypatch.setattr("coupling.sweeps.store.own_sources", lambda: "others")
+    swept(tmp_path)
+    assert len(called) == 12
+
+
 def test_failing_points_stand_apart(tmp_path: Path) -> None:
     radii = [-1.0, 2e-3, 3e-3]
     with pytest.warns(hl.HertzlinkWarning, match="2 of 6 points failed") as caught:

@@ -76,6 +76,14 @@ def test_a_mode_swings_as_the_exponential_says(name: str) -> None:
     assert errors[1] < 1e-3
 
 
+def test_a_damping_ratio_is_that_of_the_logarithmic_decrement() -> None:
+    """A mode falls by e^(−2πζ/√(1 − ζ²)) in a period."""
+    frequency = float(vibration(BEAD, 1).frequencies[0])
+    period = 2.0 * np.pi / (frequency * np.sqrt(1.0 - 0.03**2))
+    after = free_mode(LOSSES["modal"], 5.0 * period, 4000)[0].real
+    assert np.log(1e-9 / after) / 5.0 == pytest.approx(2.0 * np.pi * 0.03 / np.sqrt(1.0 - 0.03**2), rel=1e-3)
+
+
 @pytest.mark.parametrize("name", LOSSES)
 def test_energy_that_is_lost_is_counted(name: str) -> None:
     until = 5.0 * 2.0 * np.pi / float(vibration(BEAD, 1).frequencies[0])

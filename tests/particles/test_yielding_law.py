@@ -86,10 +86,13 @@ def test_thorntons_curve() -> None:
     ("y", "force"), [(1.0, 1.0), (1.5, 1.8371), (10.0, 25.7477), (100.0, 461.720), (400.0, 2238.30)]
 )
 def test_jackson_and_greens_curve(y: float, force: float) -> None:
+    """The dent is that of Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217."""
     found = fitted_steel()
     critical = np.pi * 1.295 * np.exp(0.736 * 0.32) * 0.21e9 / (2.0 * 219.8e9)
     assert found.overlap == pytest.approx(critical**2 * 1e-3, rel=1e-9)
     assert float(found.force(y * found.overlap)) / found.yield_force == pytest.approx(force, rel=1e-5)
+    left = 1.02 * (1.0 - ((y + 5.9) / 6.9) ** -0.54)
+    assert float(found.dent(y * found.overlap)) / (y * found.overlap) == pytest.approx(left, abs=1e-9)
 
 
 @pytest.mark.parametrize("y", [2.0, 5.0, 10.0, 30.0, 100.0])
