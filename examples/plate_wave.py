@@ -13,6 +13,6 @@ struck = hl.reduce(plate.at(x=0.06, y=0.1), until=0.6e-3, keep_field=True)
 run = hl.CoSimulation(chain, struck).run(until=0.6e-3)
 
 motion = hl.plots.motion(run, struck, times=np.arange(180e-6, 400e-6, 10e-6))
-print("written:", hl.plots.picture(motion, "plate.png", time=260e-6, show="deflection", run=run))
-print("written:", hl.plots.picture(motion, "plate.gif", show="deflection", run=run))
+print("written:", hl.plots.picture(motion, "plate.png", time=260e-6, show="deflection"))
+print("written:", hl.plots.picture(motion, "plate.gif", show="deflection"))
 print(f"deepest {1e6 * -float(motion.displacement.min()):.2f} um at {1e6 * float(motion.time[-1]):.0f} us or before")

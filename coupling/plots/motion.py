@@ -214,7 +214,7 @@ def _of_beads(
     motion["stress"] = ("time", "point", "stress_component"), components, about
     of_points = np.repeat(numbers, [len(part) for part in points])
     motion = motion.assign_coords(bead=("point", of_points), stress_component=list(STRESS_COMPONENTS))
-    return motion.assign_attrs(up=[0.0, 0.0, 1.0], depth="along the chain")
+    return motion.assign_attrs(up=[0.0, 0.0, 1.0])
 
 
 def _check_chain(reading: Reading, chain: DeformableChain, own: int) -> None:

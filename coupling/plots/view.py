@@ -8,15 +8,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.plots.canvas import COLOURS
 from coupling.plots.motion import known_motion
-from coupling.results.reading import Reading
 from structures.checks import finite, not_negative, one_of, positive
 from structures.units import handy
 
@@ -33,7 +30,8 @@ COLOURED = 0.95
 
 CELLS = {"quad9": "BIQUADRATIC_QUAD", "tetra10": "QUADRATIC_TETRA", "hexahedron27": "TRIQUADRATIC_HEXAHEDRON"}  # of VTK
 SIGHT = np.array([-0.45, 0.75, -0.48])  # direction of view on 3-D bodies, in a frame whose third axis points up
-SUFFIXES = (".png", ".gif", ".svg", ".pdf")
+WIDTH, HEIGHT, ABOVE, BELOW = 1000, 600, 50, 180  # of the body at most, and of the room above and below it, pixels
+GAP, BAR = 25, 80  # between body and ruler, and the height of the colour bar with its words, pixels
 FRAME_TIME = 100  # of an animation, ms
 NO_WINDOW = (
     "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
@@ -48,19 +46,18 @@ def picture(
     show: str = "von_mises",
     factor: float | None = None,
     highest: float | None = None,
-    run: xr.Dataset | None = None,
 ) -> Path:
     """Draw a `motion` at one time, or all of it as an animation.
 
-    Bodies of revolution are cut along their axis; long ones are drawn horizontally, struck from the left. 3-D bodies
-    are drawn from outside.
+    Bodies of revolution are cut along their axis and drawn horizontally, struck from the left. 3-D bodies are drawn
+    from outside.
 
     Parameters
     ----------
     motion : xarray.Dataset
         From `motion`.
     path : str or Path
-        A .png, .pdf or .svg file of one time, or a .gif of all times. An existing file is replaced.
+        A .png file of one time, or a .gif of all times. An existing file is replaced.
     time : float, optional
         Time of a picture, s; the nearest time of the motion is drawn. By default that of the largest displacement.
     show : {"von_mises", "displacement", "deflection"}
@@ -69,8 +66,6 @@ def picture(
         Magnification of the displacement. By default a round number that makes it a tenth of the body's shortest side.
     highest : float, optional
         Upper end of the colours, Pa or m; by default a round number that 95 % of the body does not exceed.
-    run : xarray.Dataset, optional
-        The run of the motion, whose force on the structure is then drawn below.
 
     Returns
     -------
@@ -94,27 +89,14 @@ def picture(
     'bead.png'
     """
     motion, target = known_motion(motion), Path(path)
-    if target.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in {', '.join(SUFFIXES)}")
+    film = target.suffix.lower() == ".gif"
+    if not film and target.suffix.lower() != ".png":
+        raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in .png, or in .gif")
     moments = motion.time.values
-    if target.suffix.lower() == ".gif":
-        if time is not None:
-            raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
-        from PIL import Image
-
-        scene = Scene(motion, show, factor, highest, run, dots=110)
-        images = [scene.pixels(number) for number in range(moments.size)]
-        frames = [Image.fromarray(image) for image in images]
-        # Frames share the colours of one palette; otherwise they would flicker.
-        sample = Image.fromarray(np.concatenate([image[::2, ::2] for image in images]))
-        palette = sample.quantize(256, method=Image.Quantize.MAXCOVERAGE)
-        first, *others = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-        with written_whole("path", target) as part:
-            first.save(part, save_all=True, append_images=others, duration=FRAME_TIME, loop=0, optimize=False)
-        return target
-
     if time is None:
         number = int(np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1).argmax())
+    elif film:
+        raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
     else:
         spare = 0.5 * float(np.diff(moments).max(initial=0.0)) or 1e-6
         if not moments[0] - spare <= finite("time", time, "s") <= moments[-1] + spare:
@@ -122,9 +104,20 @@ def picture(
                 f"time = {time!r}: must lie between {moments[0]:.6g} and {moments[-1]:.6g} s, as the motion"
             )
         number = int(np.argmin(abs(moments - time)))
-    scene = Scene(motion.isel(time=[number]), show, factor, highest, run, dots=200)
+
+    from PIL import Image
+
+    scene = Scene(motion if film else motion.isel(time=[number]), show, factor, highest)
+    options: dict[str, Any] = {}
     with written_whole("path", target) as part:
-        scene.draw(0).savefig(part, dpi=scene.dots)
+        images = [Image.fromarray(scene.image(k)) for k in range(scene.motion.sizes["time"])]
+        if film:
+            # Frames share the colours of one palette; otherwise they would flicker.
+            sample = Image.fromarray(np.concatenate([np.asarray(image)[::2, ::2] for image in images]))
+            palette = sample.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+            images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+            options = {"save_all": True, "append_images": images[1:], "duration": FRAME_TIME, "loop": 0}
+        images[0].save(part, **options)
     return target
 
 
@@ -160,8 +153,6 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
     >>> hl.plots.write_vtu(motion, "paraview").name
     'motion.pvd'
     """
-    import meshio  # type: ignore[import-untyped]
-
     motion, target = known_motion(motion), Path(folder)
     if target.exists() and not target.is_dir():
         raise ValueError(f"folder = {str(folder)!r}: is no folder; name another")
@@ -170,18 +161,20 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
             raise ValueError(f"folder = {str(folder)!r}: holds {path.name}; name another")
     with written_whole("folder", target) as part:
         part.mkdir()
-        listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
-        collection = ElementTree.SubElement(listing, "Collection")
-        cells, parts = [(motion.attrs["cell_type"], motion.cells.values)], {"part": [motion.part.values]}
+        entries = []
         for number, moment in enumerate(motion.time.values.tolist()):
-            fields = {name: motion[name].values[number] for name in ("displacement", "von_mises")}
+            grid = grid_of(motion, motion.position.values)
+            grid.cell_data["part"] = motion.part.values
+            for field in ("displacement", "von_mises"):
+                grid.point_data[field] = motion[field].values[number]
             for which in motion.stress_component.values if "stress" in motion else ():
-                fields[f"{which}_stress"] = motion.stress.sel(stress_component=which).values[number]
+                grid.point_data[f"{which}_stress"] = motion.stress.sel(stress_component=which).values[number]
             name = f"motion_{number:04d}.vtu"
-            meshio.Mesh(motion.position.values, cells, fields, parts).write(part / name)
-            ElementTree.SubElement(collection, "DataSet", timestep=repr(moment), part="0", file=name)
-        ElementTree.indent(listing)
-        ElementTree.ElementTree(listing).write(part / "motion.pvd", encoding="utf-8", xml_declaration=True)
+            grid.save(part / name)
+            entries.append(f'    <DataSet timestep="{moment!r}" part="0" file="{name}" />\n')
+        listing = f"  <Collection>\n{''.join(entries)}  </Collection>\n"
+        listing = f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n{listing}</VTKFile>\n'
+        (part / "motion.pvd").write_text(listing, "utf-8")
     return target / "motion.pvd"
 
 
@@ -203,163 +196,111 @@ def written_whole(name: str, path: Path) -> Iterator[Path]:
 
 
 class Scene:
-    """A motion in a figure, with the same colours, factor and frame at all times; see `picture`. dots: per inch."""
+    """A motion in one plane of drawing, mm, with the same colours, factor and frame at all times; see `picture`."""
 
-    def __init__(
-        self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None, run: xr.Dataset | None,
-        dots: int,
-    ) -> None:  # fmt: skip
-        self.name, self.unit, self.colours = QUANTITIES[one_of("show", show, QUANTITIES)]
-        self.motion, self.dots, self.flat = motion, dots, motion.attrs["shape"] == "revolution"
-        self.up = np.array([0.0, 0.0, 1.0] if self.flat else motion.attrs["up"])
-        self.up /= np.linalg.norm(self.up)
-        self.force: xr.DataArray | None = None
-        if run is not None:  # relative to the preload, up to the end of an animation
-            reading = Reading(run, "the Dataset of a run")
-            reading.check_one_chain("contact_force")
-            end = max(float((motion if motion.sizes["time"] > 1 else run).time[-1]), 2.0 * float(run.time[1]))
-            self.force = reading.dynamic_force().isel(contact=reading.beads[0]).sel(time=slice(None, end))
+    def __init__(self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None) -> None:
+        name, unit, self.colours = QUANTITIES[one_of("show", show, QUANTITIES)]
+        self.motion, self.flat = motion, motion.attrs["shape"] == "revolution"
 
-        moved = np.asarray(motion.displacement.values, dtype=float)
+        # Directions of the picture: to the right, up, and towards the viewer.
+        up = np.array(motion.attrs["up"]) / np.linalg.norm(motion.attrs["up"])
+        self.frame = np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+        if not self.flat:
+            ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
+            ahead /= np.linalg.norm(ahead)
+            sight = SIGHT / np.linalg.norm(SIGHT) @ np.array([np.cross(ahead, up), ahead, up])
+            across = np.cross(sight, up) / np.linalg.norm(np.cross(sight, up))
+            self.frame = np.array([across, np.cross(across, sight), -sight])
+
+        moved = motion.displacement.values
         size = np.linalg.norm(moved, axis=-1)
-        self.values = {"displacement": size, "deflection": -moved @ self.up}.get(show, motion.von_mises.values)
-        sides = np.ptp(self.grid().points, axis=0)
+        values = {"displacement": size, "deflection": -moved @ up}.get(show, motion.von_mises.values)
+        sides = np.ptp(motion.position.values, axis=0) * ([2.0, 1.0, 1.0] if self.flat else 1.0)
         usual = round_number(0.1 * sides[sides > 0.0].min() / size.max()) if size.max() > 0.0 else 1.0
         self.factor = usual if factor is None else not_negative("factor", factor)
-        self.high = self.usual_end() if highest is None else positive("highest", highest, self.unit)
-        self.low = -self.high if show == "deflection" else 0.0
-        self.turn()
+        high = self.usual_end(values) if highest is None else positive("highest", highest, unit)
+        scale, unit = handy([5.0 * high], unit)  # in which the highest value is 0.2 or more
+        self.values, self.ends = scale * values, (-scale * high if show == "deflection" else 0.0, scale * high)
+        words, greatest = f"{name} ({unit})", abs(self.values).max()
+        if greatest > self.ends[1] * (1.0 + 1e-9):
+            words += f", greatest {greatest:.4g}"
 
-    def usual_end(self) -> float:
+        points = np.concatenate([self.body(number).points for number in (None, *range(motion.sizes["time"]))])
+        low, size = points.min(axis=0), np.ptp(points, axis=0)
+        dots = min(0.92 * WIDTH / size[0], HEIGHT / size[1])  # per mm
+        window = [WIDTH, round(dots * size[1]) + ABOVE + BELOW]
+        with quiet():
+            import pyvista
+
+            light: Any = "none" if self.flat else "light kit"
+            plotter: Any = pyvista.Plotter(off_screen=True, window_size=window, lighting=light)
+        self.plotter = plotter
+        plotter.set_background("white")
+        left, right = ([end, low[1] - GAP / dots, 0.0] for end in self.body().bounds[:2])
+        plotter.add_ruler(
+            pointa=left, pointb=right, title="mm", label_format="%g", label_color="black", tick_color="black"
+        )
+        camera, self.far = plotter.camera, 10.0 * float(size.max())
+        centre = low + 0.5 * size + [0.0, 0.5 * (ABOVE - BELOW) / dots, 0.0]
+        camera.parallel_projection, camera.parallel_scale = True, 0.5 * window[1] / dots
+        camera.focal_point, camera.position, camera.up = centre, centre + [0.0, 0.0, self.far], (0.0, 1.0, 0.0)
+        camera.clipping_range = (0.01 * self.far, 2.0 * self.far)
+        self.bar = {
+            "title": f"{words}\n", "color": "black", "fmt": "%.3g", "title_font_size": 20, "label_font_size": 18,
+            "position_x": 0.2, "position_y": 0.1 * BAR / window[1], "width": 0.6, "height": BAR / window[1],
+            "vertical": False,
+        }  # fmt: skip
+
+    def usual_end(self, values: NDArray[np.float64]) -> float:
         """Return a round number that most of the body does not exceed, or the greatest value if that is not far off."""
-        sizes = self.grid(halves=1).compute_cell_sizes()
-        of_cells = abs(self.values[:, self.motion.cells.values].mean(axis=2))
+        sizes = grid_of(self.motion, self.motion.position.values).compute_cell_sizes()
+        of_cells = abs(values[:, self.motion.cells.values].mean(axis=2))
         order = np.argsort(of_cells, axis=None)
         passed = np.cumsum(np.broadcast_to(abs(sizes["Area"] + sizes["Volume"]), of_cells.shape).ravel()[order])
         usual = float(of_cells.ravel()[order[np.searchsorted(passed, COLOURED * passed[-1])]])
-        greatest = float(abs(self.values).max())
+        greatest = float(abs(values).max())
         return greatest or 1.0 if usual > 0.5 * greatest or usual == 0.0 else round_number(usual, up=True)
 
-    def turn(self) -> None:
-        """Choose the directions of the picture, to the right, up, and towards the viewer, and its corners, m."""
-        sight = np.array([0.0, 1.0, 0.0])
-        if not self.flat:
-            ahead = np.cross(self.up, np.eye(3)[np.argmin(abs(self.up))])
-            ahead /= np.linalg.norm(ahead)
-            sight = SIGHT / np.linalg.norm(SIGHT) @ np.array([np.cross(ahead, self.up), ahead, self.up])
-        right = np.cross(sight, self.up)
-        right /= np.linalg.norm(right)
-        frame = np.array([right, np.cross(right, sight), -sight])
-        width, height, _ = np.ptp(self.grid().points @ frame.T, axis=0)
-        self.lying = bool(height > 2.5 * width)
-        self.frame = np.array([-frame[1], frame[0], frame[2]]) if self.lying else frame
-        moments = [None, *range(self.motion.sizes["time"])]
-        places = np.concatenate([self.grid(moment).points for moment in moments]) @ self.frame[:2].T
-        margin = 0.03 * np.ptp(places, axis=0).max()
-        self.corners = places.min(axis=0) - margin, places.max(axis=0) + margin
-        self.size = self.corners[1] - self.corners[0]
-
-    def grid(self, number: int | None = None, part: int | None = None, halves: int = 2) -> Any:
+    def body(self, number: int | None = None, part: int | None = None) -> Any:
         """Return the body at rest, or as it is drawn at a time; all of it, or a part."""
-        import pyvista
-
-        motion, places = self.motion, self.motion.position.values.astype(float)
-        cells = motion.cells.values if part is None else motion.cells.values[motion.part.values == part]
+        places = self.motion.position.values
         if number is not None:
-            places = places + self.factor * motion.displacement.values[number]
-        kind = getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]])
-        grid: Any = pyvista.UnstructuredGrid({kind: cells}, places)
+            places = places + self.factor * self.motion.displacement.values[number]
+        grid = grid_of(self.motion, 1e3 * places @ self.frame.T, part)
         if number is not None:
             grid["value"] = self.values[number]
-        return grid.merge(grid.reflect((1.0, 0.0, 0.0))) if self.flat and halves == 2 else grid
+        return grid.merge(grid.reflect((0.0, 1.0, 0.0))) if self.flat else grid
 
-    def image(self, number: int, pixels: int) -> NDArray[np.uint8]:
+    def image(self, number: int) -> NDArray[np.uint8]:
         """Return height × width × 3: the body at the time of this number, of a section also its outline at rest."""
-        import pyvista
-
-        window, far = [pixels, max(2, round(pixels * self.size[1] / self.size[0]))], 10.0 * float(self.size.max())
-        with quiet():
-            light: Any = "none" if self.flat else "light kit"
-            plotter: Any = pyvista.Plotter(off_screen=True, window_size=window, lighting=light)
-        plotter.set_background("white")
         for part in np.unique(self.motion.part.values).tolist():
             # Outlines at rest lie behind the body, those of the moved body in front of it.
-            for moment, colour, lift in ((None, "#a0a0a0", -1e-4), (number, "black", 1e-4)):
+            for moment, colour, lift in ((None, "#a0a0a0", -1e-3), (number, "black", 1e-3)):
                 if moment is None and not self.flat:
                     continue
-                surface = self.grid(moment, part).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
+                surface = self.body(moment, part).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
                 if moment is not None:
-                    plotter.add_mesh(
-                        surface, scalars="value", cmap=self.colours, clim=(self.low, self.high), show_scalar_bar=False,
-                        lighting=not self.flat, ambient=0.65, diffuse=0.4,
+                    self.plotter.add_mesh(
+                        surface, name=f"body {part}", scalars="value", cmap=self.colours, clim=self.ends,
+                        lighting=not self.flat, ambient=0.65, diffuse=0.4, scalar_bar_args=self.bar, reset_camera=False,
                     )  # fmt: skip
                 edges = surface.extract_feature_edges(30.0, feature_edges=not self.flat, manifold_edges=False)
-                edges.points += lift * far * self.frame[2]
-                plotter.add_mesh(edges, color=colour, line_width=self.dots / 45.0, lighting=False)
-        middle = (self.corners[0] + self.corners[1]) / 2.0 @ self.frame[:2]
-        plotter.enable_parallel_projection()
-        plotter.camera.position, plotter.camera.focal_point = middle + far * self.frame[2], middle
-        plotter.camera.up, plotter.camera.parallel_scale = self.frame[1], float(self.size[1]) / 2.0
-        plotter.camera.clipping_range = (0.01 * far, 2.0 * far)
-        image = np.array(plotter.screenshot(return_img=True))
-        plotter.close()
-        return image
+                edges.points += [0.0, 0.0, lift * self.far]
+                self.plotter.add_mesh(
+                    edges, name=f"{colour} {part}", color=colour, line_width=2.0, lighting=False, reset_camera=False
+                )
+        title = f"t = {1e6 * float(self.motion.time[number]):.1f} µs"
+        title += f",  displacement × {self.factor:g}" * (self.factor > 0.0)
+        self.plotter.add_text(title, position="upper_edge", font_size=10, color="black", name="title")
+        return np.array(self.plotter.screenshot(return_img=True))
 
-    def draw(self, number: int) -> Any:
-        """Return the figure at the time of this number: the body with its colours, and the force below."""
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import Normalize
-        from matplotlib.figure import Figure
 
-        width = min(4.8, 3.8 * self.size[0] / self.size[1])
-        height, wide = width * self.size[1] / self.size[0], self.size[1] < 0.6 * self.size[0]
-        heights = [height + 1.0] if self.force is None else [height + 1.0, 1.7]
-        figure = Figure((max(3.9, width + (0.9 if wide else 1.9)), sum(heights) + (0.9 if wide else 0.1)), self.dots)
-        figure.set_layout_engine("constrained")
-        body, *others = figure.subplots(len(heights), height_ratios=heights, squeeze=False)[:, 0]
-        (left, bottom), (right, top) = (1e3 * corner for corner in self.corners)
-        upright = self.flat and not self.lying  # its depth is −z
-        extent = (left, right, -bottom, -top) if upright else (left, right, bottom, top)
-        body.imshow(self.image(number, round(2.0 * self.dots * width)), extent=extent, interpolation="antialiased")
-        moment = 1e6 * float(self.motion.time[number])
-        times = f"{self.factor:,.0f}".replace(",", "\N{THIN SPACE}") if self.factor >= 1e3 else f"{self.factor:g}"
-        body.set_title(f"t = {moment:.1f} µs" + f",  displacement × {times}" * (self.factor > 0.0), fontsize=9.0)
-        factor, unit = handy([5.0 * self.high], self.unit)  # in which the highest value is 0.2 or more
-        over, under = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
-        figure.colorbar(
-            ScalarMappable(Normalize(self.low * factor, self.high * factor), self.colours), ax=body,
-            label=f"{self.name} ({unit})", location="bottom" if wide else "right", aspect=30.0,
-            extend=("neither", "max", "min", "both")[int(over) + 2 * int(under)],
-        )  # fmt: skip
-        if self.flat:
-            depth = f"{self.motion.attrs.get('depth', 'depth')} (mm)"
-            body.set(xlabel=depth if self.lying else "r (mm)", ylabel="r (mm)" if self.lying else depth)
-            across = body.yaxis if self.lying else body.xaxis
-            across.set_major_formatter(lambda value, _: f"{abs(value):g}")
-            body.locator_params(axis="y" if self.lying else "x", nbins=4)
-        else:  # a bar of a round length in place of axes
-            body.set_axis_off()
-            length, middle = round_number(0.3 * (right - left)), (left + right) / 2.0
-            ends = [middle - 0.5 * length, middle + 0.5 * length]
-            body.plot(ends, [bottom, bottom], color="black", linewidth=2.0, clip_on=False, solid_capstyle="butt")
-            body.annotate(
-                f"{length:g} mm", (middle, bottom), (0.0, -4.0), textcoords="offset points", ha="center", va="top",
-                fontsize=9.0, annotation_clip=False,
-            )  # fmt: skip
-        for axes in others:
-            axes.plot(1e6 * self.force.time, self.force, color=COLOURS[0], linewidth=0.8)  # type: ignore[union-attr]
-            axes.axvline(moment, color=COLOURS[1], linewidth=0.8)
-            axes.set(xlabel="time (µs)", ylabel="force on the\nstructure (N)")
-            axes.margins(x=0.0)
-        return figure
+def grid_of(motion: xr.Dataset, places: NDArray[np.float64], part: int | None = None) -> Any:
+    """Return a motion's cells at these places as pyvista has them; all of them, or those of a part."""
+    import pyvista
 
-    def pixels(self, number: int) -> NDArray[np.uint8]:
-        """Return the figure at the time of this number, height × width × 3."""
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-        canvas: Any = FigureCanvasAgg(self.draw(number))
-        canvas.draw()
-        return np.array(canvas.buffer_rgba())[..., :3]
+    cells = motion.cells.values if part is None else motion.cells.values[motion.part.values == part]
+    return pyvista.UnstructuredGrid({getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]]): cells}, places)
 
 
 def round_number(value: float, up: bool = False) -> float:

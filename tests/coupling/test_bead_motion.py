@@ -10,6 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import xarray as xr
+from PIL import Image
 from scipy.integrate import simpson
 
 import hertzlink as hl
@@ -174,14 +175,10 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
     assert set(np.unique(written.cell_data["part"][0])) == {3, 4}
 
 
-def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
-    """Side by side, struck from the left."""
-    from coupling.plots.view import Scene
-
-    figure = Scene(passage, "von_mises", 0.0, 20e6, None, 80).draw(4)
-    assert "along the chain (mm)" in [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
-    hl.plots.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
-    assert (tmp_path / "beads.png").stat().st_size > 10_000
+def test_beads_are_drawn_side_by_side(passage: xr.Dataset, tmp_path: Path) -> None:
+    hl.plots.picture(passage, tmp_path / "beads.png", factor=0.0)
+    width, height = Image.open(tmp_path / "beads.png").size
+    assert width > height  # with title, ruler and colours
 
 
 @pytest.mark.parametrize(

@@ -92,29 +92,16 @@ def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: 
 
 
 @pytest.mark.usefixtures("screen")
-def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> None:
-    """The image is symmetric; undeformed, its dark-bordered body fills the part of the frame that its corners give."""
-    look = view.Scene(motion, "von_mises", 0.0, 1e6, None, 100)
-    assert not look.lying
-    image = look.image(1, 400).astype(int)
-    assert (abs(image - image[:, ::-1]).max(axis=2) > 30).mean() < 0.02
-    drawn = (image < 200).any(axis=2)
-    (left, bottom), (right, top) = look.corners
-    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
-    width, height = (right - left) / image.shape[1], (top - bottom) / image.shape[0]
-    assert left + width * columns[0] == pytest.approx(-RADIUS, abs=3.0 * width)
-    assert left + width * (columns[-1] + 1) == pytest.approx(RADIUS, abs=3.0 * width)
-    assert top - height * rows[0] == pytest.approx(0.0, abs=3.0 * height)
-    assert top - height * (rows[-1] + 1) == pytest.approx(-STEEL - BELOW, abs=3.0 * height)
-
-
-def test_long_bodies_lie_down(motion: xr.Dataset) -> None:
-    """The factor makes a tenth of the shortest side."""
-    long = motion.assign_coords(position=motion.position * [1.0, 1.0, 20.0])
-    scene = view.Scene(long, "von_mises", None, None, None, 100)
-    assert scene.lying
-    greatest = scene.factor * float(np.linalg.norm(motion.displacement, axis=-1).max())
-    assert 0.04 * 2.0 * RADIUS < greatest <= 0.1 * 2.0 * RADIUS
+def test_a_section_is_mirrored_and_to_scale(motion: xr.Dataset) -> None:
+    """Struck from the left. The usual factor makes a tenth of the shortest side."""
+    scene = view.Scene(motion, "von_mises", 0.0, 1e6)
+    body = scene.image(1).astype(int)[view.ABOVE - 20 : -view.BELOW + 20]
+    assert (abs(body - body[::-1]).max(axis=2) > 30).mean() < 0.02
+    drawn = (body < 200).any(axis=2)
+    high, wide = (np.ptp(np.flatnonzero(drawn.any(axis=axis))) + 1 for axis in (1, 0))
+    assert wide / high == pytest.approx((STEEL + BELOW) / (2.0 * RADIUS), rel=0.02)
+    greatest = float(np.linalg.norm(motion.displacement, axis=-1).max())
+    assert 0.04 * (STEEL + BELOW) < view.Scene(motion, "von_mises", None, None).factor * greatest < 0.1 * 2.0 * RADIUS
 
 
 @pytest.mark.usefixtures("screen")
@@ -128,7 +115,7 @@ def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Pat
             assert film.info["duration"] == 100
             frames.append(np.asarray(film.convert("RGB"), dtype=int))
     assert len(frames) == motion.sizes["time"]
-    assert all((frame[:2] == 255).all() for frame in frames)
+    assert all((frame[:2, :2] > 240).all() for frame in frames)
     for one, other in zip(frames[1:], frames, strict=False):
         assert (abs(one - other).max(axis=2) > 50).mean() > 0.01
     assert list(tmp_path.iterdir()) == [path]
@@ -177,6 +164,8 @@ def test_folders_are_replaced_only_where_they_hold_a_motion(motion: xr.Dataset, 
 
 @pytest.mark.usefixtures("screen")
 def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pyvista
+
     def fail(*_: object) -> None:
         raise RuntimeError("stopped")
 
@@ -186,7 +175,7 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
         hl.plots.picture(motion, tmp_path / "a.png")
     with pytest.raises(RuntimeError, match="stopped"):
         hl.plots.picture(motion, tmp_path / "a.gif")
-    monkeypatch.setattr(meshio.Mesh, "write", fail)
+    monkeypatch.setattr(pyvista.UnstructuredGrid, "save", fail)
     with pytest.raises(RuntimeError, match="stopped"):
         hl.plots.write_vtu(motion, tmp_path / "paraview")
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
@@ -196,7 +185,7 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"path": "a.jpg"}, r"path = .*a\.jpg'.*: must be the name of a file that ends in \.png, \.gif"),
+        ({"path": "a.jpg"}, r"path = .*a\.jpg'.*: must be the name of a file that ends in \.png, or in \.gif"),
         ({"path": "a.gif", "time": 1e-4}, r"time = 0\.0001: must be None for an animation, \.gif"),
         ({"path": "no/a.png"}, "its parent folder does not exist"),
         ({"time": 1.0}, r"time = 1\.0: must lie between 6.*e-05 and 0\.0002 s"),
@@ -221,15 +210,3 @@ def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
         for draw, name in ((hl.plots.picture, "a.png"), (hl.plots.write_vtu, "a")):
             with pytest.raises(ValueError, match=message):
                 draw(wrong, tmp_path / name)  # type: ignore[arg-type]
-
-
-@pytest.mark.thorough
-@pytest.mark.usefixtures("screen")
-def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) -> None:
-    """The picture grows by the history; what is no run of one structure is refused."""
-    with_force = hl.plots.picture(motion, tmp_path / "with.png", run=run)
-    without = hl.plots.picture(motion, tmp_path / "without.png")
-    assert Image.open(with_force).height > Image.open(without).height + 200
-    with pytest.raises(ValueError, match="run: has the axes speed; choose one run"):
-        hl.plots.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
-    assert not (tmp_path / "bad.png").exists()
