@@ -313,7 +313,7 @@ def test_templates_are_cases(kind: str) -> None:
     assert set(re.findall(r"hard steel \((.*?)\)", text)) <= {"0.9 GPa"}  # one limit for one brass
     case = case_of(text)
     jsonschema.validate(case.data, schema())
-    if kind not in ("cylinder", "deformable", "plate", "thick-plate"):
+    if kind not in ("chain", "cylinder", "deformable", "plate", "thick-plate"):
         short = case.changed({"run.until": "30 us"})
         run = short.run()
         assert np.isfinite(run.velocity).any("bead").all()

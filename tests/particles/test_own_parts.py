@@ -123,6 +123,7 @@ class OwnLaw(hl.laws.ContactLaw):
         return self.stiffness * np.asarray(approach) ** 1.5
 
 
+@pytest.mark.thorough
 def test_a_users_law_needs_its_force_only() -> None:
     """Slope, energy and inverse follow from it, and the run agrees with that of PowerLaw."""
     own, usual = OwnLaw(1e10), hl.laws.PowerLaw(1e10)

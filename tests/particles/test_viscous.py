@@ -92,6 +92,7 @@ def test_energy_that_is_lost_is_counted(name: str) -> None:
     assert np.log2(errors[0] / errors[1]) > 1.7
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", LOSSES)
 def test_energy_and_momentum_of_a_wave(name: str) -> None:
     run = hl.CoSimulation(chain(LOSSES[name], count=6), hl.half_space(hl.STEEL_316)).run(until=4e-4)

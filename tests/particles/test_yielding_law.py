@@ -174,6 +174,7 @@ def velocities(made: hl.Chain, dt: float) -> Any:
     return moving.advance(moving.start(), (0.0, 0.0), 8e-5)[0].velocity
 
 
+@pytest.mark.thorough
 def test_static_loads_beyond_yield_are_on_the_loading_curve() -> None:
     moving = hl.stepping.MovingChain(chain(LAWS[0], 3, preload=20.0), hl.Surface(hl.STEEL_316))
     found = contact(LAWS[0])

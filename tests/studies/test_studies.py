@@ -6,7 +6,7 @@ from quick import found, quick
 from hertzlink.studies import STUDIES, captions, draw, study
 from hertzlink.studies.compare import compare, printed, table
 
-FAST = ("ellipsoids", "cylinders", "hollow-spheres", "dissipation", "rod-stiffness")
+FAST = ("ellipsoids", "cylinders", "rod-stiffness")
 SLOW = [name for name in STUDIES if name not in (*FAST, "thesis")]
 EACH = [*FAST, *(pytest.param(name, marks=pytest.mark.thorough) for name in SLOW)]
 
