@@ -51,7 +51,7 @@ def answer(signal: xr.Dataset, point: Any) -> Any:
 
 
 side = int(sys.argv[1]) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 2
-random, points = np.random.default_rng(5), []
+random, points = np.random.default_rng(5), list[dict[str, Any]]()
 for i, x in enumerate(np.linspace(15e-3, 55e-3, side)):
     for j, y in enumerate(np.linspace(0.0, 80e-3, side)):
         write_tap(f"tap-{i}{j}.csv", x, y, random)
