@@ -1,5 +1,6 @@
 """The manual of extensions: each example is one file, and runs as it stands."""
 
+import pickle
 import re
 import runpy
 from hashlib import sha256
@@ -73,6 +74,11 @@ def test_it_has_sliders_and_is_swept_in_other_processes(cantilever: Path, monkey
     text = (cantilever / "case.toml").read_text("utf-8") + '[sweep]\n"structure.length" = ["40 mm", "60 mm"]\n'
     (cantilever / "swept.toml").write_text(text, encoding="utf-8")
     assert ended("run", "swept.toml", "--with", "mine.py", "--jobs", "2") == 0
+    # A process that works in another folder finds the file, too.
+    there = pickle.dumps(case)
+    monkeypatch.chdir("/")
+    assert pickle.loads(there).simulation().structure.size > 0
+    monkeypatch.chdir(cantilever)
     table = (cantilever / "swept" / "table.txt").read_text("utf-8")
     assert "length, mm" in table
 

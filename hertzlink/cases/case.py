@@ -50,8 +50,8 @@ class Case:
     parts: tuple[File, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Another process reads it again: described parts have no module to be found in.
-        return Case, (self.data, self.parts)
+        # Another process, perhaps in another folder, reads it again: described parts have no module to be found in.
+        return Case, (self.data, tuple(file.absolute() for file in self.parts))
 
     @cached_property
     def tree(self) -> Call:
