@@ -20,10 +20,9 @@ CONFIGURATION = "precice-config.xml"
 
 @click.command("signal", short_help="Show what a file of a scope or recorder holds.")
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--segment", metavar="NUMBER", type=click.IntRange(min=1), help="The segment of a sequence, from 1 on.")
 @click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(file: Path, segment: int | None, interval: float | None, picture: Path | None) -> None:
+def show_signal(file: Path, interval: float | None, picture: Path | None) -> None:
     """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
 
     A picture of the channels is written to the current folder. Nothing is fitted; `hertzlink identify` does that.
@@ -37,7 +36,7 @@ def show_signal(file: Path, segment: int | None, interval: float | None, picture
     if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
         raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
     seconds = None if interval is None else positive("interval", interval, "s")
-    seen = overview(existing(str(file), file), seconds, segment)
+    seen = overview(existing(str(file), file), seconds)
     say(table(seen))
     write_file(name, drawn(seen, name.suffix))
     say(f"written: {name}")

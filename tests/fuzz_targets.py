@@ -527,7 +527,7 @@ def _measures() -> dict[str, Target]:
         ),
         "average_taps": Target(
             hl.average_taps,
-            {"signals": [hl.as_signal(**signal), hl.as_signal(**signal)], "length": None, "sensor": 7},
+            {"signals": [hl.as_signal(**signal), hl.as_signal(**signal)], "sensor": 7},
         ),
         "map_taps": Target(
             hl.map_taps,

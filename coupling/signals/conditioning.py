@@ -125,11 +125,8 @@ def mains_hum(time: Vector, record: Measures, mains: float) -> tuple[Vector | No
     hum = design @ np.linalg.lstsq(design[:lead], force[:lead], rcond=None)[0]
     # How much the noise of the lead grows on the way to the record's end.
     inverse = np.linalg.pinv(design[:lead].T @ design[:lead])
-    growth = sqrt(float(np.einsum("ij,jk,ik->i", design, inverse, design).max()))
-    if not orders or growth > 1.0:
+    if not orders or float(np.einsum("ij,jk,ik->i", design, inverse, design).max()) > 1.0:
         return None, f"{name} was not removed: the quiet lead, {lasts}, does not determine it"
-    left = float((force - hum)[:lead].std())
-    return hum, (
-        f"{name} with {count_of(len(orders), 'harmonic')}, amplitude {np.ptp(hum) / 2.0:.3g} N, was removed (fit to "
-        f"the quiet lead, {lasts}; it leaves {left:.2g} N)"
-    )
+    harmonics, left = count_of(len(orders), "harmonic"), float((force - hum)[:lead].std())
+    fit = f"fit to the quiet lead, {lasts}; it leaves {left:.2g} N"
+    return hum, f"{name} with {harmonics}, amplitude {np.ptp(hum) / 2.0:.3g} N, was removed ({fit})"

@@ -59,36 +59,34 @@ class Head:
 
     def unit(self, column: int, kind: tuple[str, ...]) -> Unit:
         """Return the unit that the head states of a column."""
-        stated = (stated_unit(row[column], kind, is_row_of_units(row)) for row in self._names)
+        stated = (stated_unit(row[column], kind, _are_units(row)) for row in self._names)
         units = [unit for unit in stated if unit.text][:1]
         for name, *cells in self._entries:
             if (re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None) == (kind == TIME):
-                words = [cell.strip("()[] ") for cell in cells if cell and not NUMBER.fullmatch(cell)]
-                units += [read_unit(word, kind) for word in words]
+                units += [read_unit(cell.strip("()[] "), kind) for cell in cells if cell and not NUMBER.fullmatch(cell)]
         if units:
             is_one = len({unit[1:] if unit.si else unit for unit in units}) == 1
             return units[0] if is_one else Unit(" and ".join(unit.text for unit in units))
         # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
-        others = FORCE if kind == TIME else TIME
         for row in self._beside:
             units = [unit for cell in row if (unit := stated_unit(cell, kind, True)).text]
-            if any(unit[1:] != (kind[0], 1.0) and not read_unit(unit.text, others).si for unit in units):
+            of_others = [bool(read_unit(unit.text, FORCE if kind == TIME else TIME).si) for unit in units]
+            if any(unit[1:] != (kind[0], 1.0) and not other for unit, other in zip(units, of_others, strict=True)):
                 return Unit(", ".join(row))
         return Unit()
 
 
 def _bare(row: Sequence[str]) -> list[str]:
     """Return cells without quotes and marks of comments, those of "Units: V" parted, without empty ones at the end."""
-    cells = [cell.strip(' "\t') for cell in row]
-    if "unit" in cells[0].lower():
-        cells[:1] = [cell.strip() for cell in re.split("[:=]", cells[0])]
-    cells[:1] = [cell.lstrip("#%/* ") for cell in cells[:1]]
+    first, *others = (cell.strip(' "\t') for cell in row)
+    begin = [cell.strip() for cell in re.split("[:=]", first)] if "unit" in first.lower() else [first]
+    cells = [begin[0].lstrip("#%/* "), *begin[1:], *others]
     while cells and not cells[-1]:
         cells.pop()
     return cells
 
 
-def is_row_of_units(row: Sequence[str]) -> bool:
+def _are_units(row: Sequence[str]) -> bool:
     """Return whether cells are units and nothing else, the first of a time: "s,V" or "second,Volt"."""
     bare = [cell.strip("()[] ") for cell in row]
     return len(bare) > 1 and bool(read_unit(bare[0], TIME).si) and all(is_unit(SECOND.sub("s", c)) for c in bare)
@@ -101,8 +99,7 @@ def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit:
     if brackets := BRACKETS.findall(cell):
         units = {unit for text in brackets if (unit := read_unit(text, kind)).si}
         return units.pop() if len(units) == 1 else Unit(cell if units else brackets[-1])
-    must_be_one = is_alone and bool(is_unit(cell))
-    text = cell
+    text, must_be_one = cell, is_alone and bool(is_unit(cell))
     if marked := re.search(r"\bin\s+(\S+)$|[\w.]\s*/\s*([^/\s]+)$", cell):
         text, must_be_one = marked[1] or marked[2], bool(marked[1])
     elif not is_alone:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.results.sensor_trace import Measures, measures
+from coupling.signals.channels import Sampling, even
 from coupling.signals.conditioning import mains_hum
-from coupling.signals.files import opened, sampled
-from coupling.signals.recordings import Sampling
+from coupling.signals.recorders import opened
 from structures.structure import Vector
 
 MAINS = (50.0, 60.0)
@@ -41,21 +41,20 @@ class Overview(NamedTuple):
     notes: list[str]
 
 
-def overview(path: Path, interval: float | None = None, segment: int | None = None) -> Overview:
+def overview(path: Path, interval: float | None = None) -> Overview:
     """Return what a file holds. A ValueError that names the file where it holds no channel. interval: s."""
-    sampling = Sampling(interval=interval, segment=segment)
-    recording = opened(path, None, sampling)
+    asked = Sampling(interval=interval)
+    recording = opened(path, None, asked)
     looks, refused, notes = list[Look](), dict[int, str](), [*recording.notes]
     for column, channel in recording.channels.items():
         try:
-            time, values, unit, said = sampled(path, recording, column, sampling, f"column {column}")
+            time, values, unit, said = even(path, recording, column, asked, f"column {column}")
         except ValueError as error:
             refused[column] = str(error).removeprefix(str(path)).lstrip(":, ")
             continue
         notes += said
-        seen = measures(time, values)
+        seen, hums = measures(time, values), list[tuple[float, float, float]]()
         noise = float(seen.filled[: seen.lead].std(ddof=1)) if seen.lead > 1 else seen.noise
-        hums = list[tuple[float, float, float]]()
         for mains in MAINS:
             record = measures(time, values, mains)
             hum, _ = mains_hum(time, record, mains)

@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
 from coupling.results.sensor_trace import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
-from coupling.signals.files import opened, sampled
+from coupling.signals.channels import Sampling, even, even_sampling, on_one_time
 from coupling.signals.heads import FORCE, TIME, WHAT, read_unit
-from coupling.signals.recordings import Sampling
-from coupling.signals.sampling import even_sampling, on_one_time
+from coupling.signals.recorders import opened
 from structures.caution import caution, collected
 from structures.checks import existing, finite, instance, not_negative, one_of, short, whole
 from structures.described import checked_call
-from structures.quantities import Count, Interval, Likely, Moment, Several
+from structures.quantities import Count, Interval, Likely, Moment
 from structures.structure import Vector
 from structures.units import readable
 
@@ -67,13 +66,13 @@ def as_signal(
         raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
     moments = checked_trace("time", time, "s")
     rows = {whole("sensor", n): checked_trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
-    even, kept, notes = even_sampling(moments, lambda row: f"sample {row}")
+    moments, kept, notes = even_sampling(moments, lambda row: f"sample {row}")
     if (kept < 0).any():
         raise ValueError(f"sample {int((kept < 0).argmax())}: the times have a gap, must be evenly spaced")
     for note in notes:
         caution(f"time: {note}")
     inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
-    data = _dataset(even, rows, positions, baseline, inputs)
+    data = _dataset(moments, rows, positions, baseline, inputs)
     for doubt in _doubts(data, "change the sign of the forces"):
         caution(f"forces: {doubt}")
     return data
@@ -91,7 +90,6 @@ def read_signal(
     positions: Mapping[int, float] | None = None,
     interval: Interval | None = None,
     start: Moment | None = None,
-    segment: Several | None = None,
     skip: Annotated[int, Count(0)] = 0,
 ) -> xr.Dataset:
     """Read a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
@@ -115,8 +113,6 @@ def read_signal(
         Time from sample to sample, s, for a file without times; times in the file are then not read.
     start : float, optional
         Time of the first sample, s; by default as in the file, 0 without times.
-    segment : int, optional
-        Which segment of a sequence to read, counted from 1.
     skip : int
         Lines at the beginning that are not read.
 
@@ -161,7 +157,7 @@ def read_signal(
             raise ValueError(f"{name} = {short(text)}: must be a unit of {WHAT[kind]}")
     if interval is not None and time_column is not None:
         raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
-    sampling = Sampling(time_column, time_unit, unit, interval, start, segment, skip)
+    sampling = Sampling(time_column, time_unit, unit, interval, start, skip)
     named = dict(path) if isinstance(path, Mapping) else dict.fromkeys(column_of, path)
     if named.keys() != column_of.keys():
         raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
@@ -179,9 +175,8 @@ def read_signal(
         recording = opened(existing(f"path = {str(file)!r}", file), columns.values(), sampling)
         said = [*recording.notes]
         for sensor, column in columns.items():
-            time, values, units[sensor], doubts = sampled(file, recording, column, sampling, f"sensor {sensor}")
-            pieces[sensor] = time, values
-            said += doubts
+            time, values, units[sensor], doubts = even(file, recording, column, sampling, f"sensor {sensor}")
+            pieces[sensor], said = (time, values), [*said, *doubts]
         notes += [f"{file}: {note}" for note in dict.fromkeys(said)]
     time, forces, said = on_one_time(where, {sensor: pieces[sensor] for sensor in column_of})
     held = np.flatnonzero(np.isfinite([*forces.values()]).any(axis=0))

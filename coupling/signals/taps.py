@@ -11,27 +11,20 @@ from coupling.results.signal_waves import waves_back
 from coupling.signals.conditioning import checked_signal, with_noise
 from coupling.signals.signals import as_signal
 from structures.caution import caution
-from structures.checks import count_of, listed, positive, whole
+from structures.checks import count_of, listed, whole
 from structures.structure import Vector
 
-# A tap begins where the force first reaches this part of the greatest: taps may differ by a factor of two.
-INCIDENT = 0.5
-BEFORE = 0.2  # A tap of a long record starts this part of its length before its incident wave.
 # Incident peaks that scatter by more than this get a warning: waves of different heights differ in speed.
 SCATTER = 0.05
 
 
-def average_taps(
-    signals: xr.Dataset | Sequence[xr.Dataset], length: float | None = None, sensor: int | None = None
-) -> xr.Dataset:
+def average_taps(signals: Sequence[xr.Dataset], sensor: int | None = None) -> xr.Dataset:
     """Return the average of repeated taps, aligned by the incident wave, with the scatter between them as noise.
 
     Parameters
     ----------
-    signals : Dataset or sequence of Dataset
-        One long signal that holds several taps, or one signal for each tap, with the same sampling.
-    length : float, optional
-        Time that each tap of a long signal takes, s, a fifth of it before the incident wave. A long signal needs it.
+    signals : sequence of Dataset
+        One signal for each tap, with the same sampling.
     sensor : int, optional
         The sensor whose incident wave aligns the taps; by default the first one.
 
@@ -57,14 +50,9 @@ def average_taps(
     >>> print(f"{float(mean.noise.sel(sensor=7)):.1f} N")
     0.1 N
     """
-    if isinstance(signals, xr.Dataset):
-        taps = _cut(checked_signal("signals", signals), length, sensor)
-    else:
-        if length is not None:
-            raise ValueError(f"length = {length!r}: is for one long signal; leave it out where each signal is one tap")
-        taps = [checked_signal("signals", tap) for tap in listed("signals", signals, xr.Dataset, "two or more signals")]
+    taps = [checked_signal("signals", tap) for tap in listed("signals", signals, xr.Dataset, "a signal for each tap")]
     if len(taps) < 2:
-        raise ValueError(f"signals: hold {count_of(len(taps), 'whole tap')}, must hold 2 or more")
+        raise ValueError(f"signals: hold {count_of(len(taps), 'tap')}, must hold 2 or more")
     numbers, peaks = taps[0].sensor.values.tolist(), list[tuple[float, float]]()
     chosen = numbers[0] if sensor is None else whole("sensor", sensor)
     step = float(taps[0].time[1] - taps[0].time[0])
@@ -108,22 +96,3 @@ def average_taps(
     )
     text = f"{len(taps)} taps were averaged; their incident peaks scatter by {spread:.2g} %."
     return averaged.assign_attrs(taps=len(taps), conditioning=text)
-
-
-def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[xr.Dataset]:
-    """Return the whole taps of a long record."""
-    if length is None:
-        raise ValueError("length = None: must be given for one long signal, s, such as 1e-3")
-    seconds, time = positive("length", length, "s"), np.asarray(signal.time.values)
-    if seconds < 100.0 * (time[1] - time[0]):
-        raise ValueError(f"length = {length!r}: must be at least 100 samples, {100.0 * (time[1] - time[0]):.3g} s")
-    chosen = signal.sensor.values.tolist()[0] if sensor is None else whole("sensor", sensor)
-    force = np.asarray(Reading(signal).measured(chosen).values)
-    off = np.abs(force - np.nanmedian(force))
-    taps, free = list[xr.Dataset](), -np.inf
-    for moment in time[off > INCIDENT * np.nanmax(off)]:
-        if moment >= free:
-            begin, free = float(moment) - BEFORE * seconds, float(moment) + (1.0 - BEFORE) * seconds
-            if begin >= time[0] and free <= time[-1]:
-                taps.append(signal.sel(time=slice(begin, free)))
-    return taps

@@ -10,11 +10,9 @@ import numpy as np
 import pandas as pd  # type: ignore[import-untyped]
 
 from coupling.results.sensor_trace import FEWEST_SAMPLES
+from coupling.signals.channels import FEW, FEW_SHARE, Channel, Recording, Sampling
 from coupling.signals.heads import FORCE, TIME, Head, Unit
-from coupling.signals.recordings import Channel, Recording, Sampling
-from coupling.signals.sampling import FEW, FEW_SHARE
 from structures.checks import count_of
-from structures.structure import Vector
 
 DELIMITERS = (";", "\t", "|", ",", r"\s+")
 MOST_COLUMNS = 256
@@ -30,12 +28,18 @@ THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
 CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 
 
-def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampling: Sampling) -> Recording:
+def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked: Sampling) -> Recording:
     """Return columns of a text, by default all that hold no times. A ValueError names the line and the way out."""
-    text = decoded(content).translate(TYPESET).replace("\r\n", "\n").replace("\r", "\n")
+    # UTF-16 with a byte order mark, UTF-8, or else the code page of Western Windows.
+    try:
+        is_utf_16 = content[:2] in (b"\xff\xfe", b"\xfe\xff")
+        text = content.decode("utf-16", errors="replace") if is_utf_16 else content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", errors="replace")
+    text = text.translate(TYPESET).replace("\r\n", "\n").replace("\r", "\n")
     lines, notes = pd.Series(text.split("\n")), list[str]()
     lines.index += 1  # the numbers of the lines in the file
-    lines = lines[(lines.index > sampling.skip) & (lines.str.strip() != "")]
+    lines = lines[(lines.index > asked.skip) & (lines.str.strip() != "")]
     if len(lines) < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(len(lines), 'line')}, must hold {FEWEST_SAMPLES} samples or more")
     if text[-1:] != "\n" and len(lines.iloc[-1]) < lines.iloc[-20:-1].str.len().min():
@@ -45,7 +49,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
     lines = lines.where(lines.str.count('"') % 2 == 0, lines.str.replace('"', ""))
 
     # The numbers in all columns, NaN for words.
-    given = [] if sampling.time_column is None else [sampling.time_column]
+    given = [] if asked.time_column is None else [asked.time_column]
     wanted = sorted({*(columns or ()), *given})
     delimiter, decimal = form_of(path, lines, wanted)
     cells = split(path, lines, delimiter)
@@ -58,7 +62,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
             numbers[column] = clock(table[column])
 
     # Which columns hold times: of each sensor the nearest one to its left that increases.
-    rising = given or [column for column in numbers if sampling.interval is None and rises(numbers[column])]
+    rising = given or [column for column in numbers if asked.interval is None and rises(numbers[column])]
     chosen = [column for column in numbers if column not in rising] if columns is None else sorted(columns)
     if swapped := [column for column in chosen if rises(numbers[column])]:
         raise ValueError(
@@ -79,39 +83,29 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, sampl
     head = Head(above, width, rows[:HEAD])
     table, numbers = table.loc[samples], numbers.loc[samples]
     check_commas(path, table[sorted({*chosen, *timed_by})], delimiter, above, width)
-    times = dict[int | None, tuple[Vector | None, Unit]]({None: (None, Unit())})
-    for column in timed_by:
-        moments = numbers[column].to_numpy()
-        # Seconds since 1970 leave no digits for the even times between them.
-        if np.spacing(np.abs(moments).max()) > 1e-3 * np.median(np.abs(np.diff(moments))) > 0.0:
-            notes.append(f"times count from the first sample, {table[column].iloc[0]}")
-            moments = moments - moments[0]
-        is_clock = table[column].iloc[0].count(":") > 1
-        times[column] = moments, Unit("s", "s") if is_clock else head.unit(column, TIME)
-    channels = {}
+    channels = dict[int, Channel]()
     for column in chosen:
-        missing = table[column][numbers[column].isna()][:100]
-        words = tuple(dict.fromkeys(cell or "an empty cell" for cell in missing))
-        values, unit = numbers[column].to_numpy(), head.unit(column, FORCE)
-        channels[column] = Channel(head.name(column), values, unit, *times[time_of[column]], samples, words)
+        words = dict.fromkeys(cell or "an empty cell" for cell in table[column][numbers[column].isna()][:100])
+        channel = Channel(
+            head.name(column), numbers[column].to_numpy(), head.unit(column, FORCE), None,
+            lines=samples, words=tuple(words),
+        )  # fmt: skip
+        if (timer := time_of[column]) is not None:
+            time, first = numbers[timer].to_numpy(), table[timer].iloc[0]
+            unit = Unit("s", "s") if first.count(":") > 1 else head.unit(timer, TIME)
+            # Seconds since 1970 leave no digits for the even times between them.
+            if np.spacing(np.abs(time).max()) > 1e-3 * np.median(np.abs(np.diff(time))) > 0.0:
+                time = time - time[0]
+                if (note := f"times count from the first sample, {first}") not in notes:
+                    notes.append(note)
+            channel = channel._replace(time=time, time_unit=unit)
+        channels[column] = channel
     return Recording("a text", channels, notes)
 
 
-def decoded(content: bytes) -> str:
-    """Return text in UTF-16 with a byte order mark, in UTF-8, or else in the code page of Western Windows."""
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return content.decode("utf-16", errors="replace")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace")
-
-
 def form_of(path: Path, lines: pd.Series, wanted: Sequence[int]) -> tuple[str, str]:
-    """Return the delimiter and the decimal mark with which lines in the middle hold most numbers.
-
-    wanted: columns that must hold numbers.
-    """
+    """Return the delimiter and the decimal mark with which lines in the middle hold most numbers, also in all columns
+    that are wanted."""
     middle = lines.iloc[len(lines) // 2 :][:TRIED]
     best, form = 0.0, (",", ".")
     for delimiter in DELIMITERS:
@@ -150,17 +144,13 @@ def numbers_in(cells: pd.Series, decimal: str) -> pd.Series:
 
 
 def samples_in(
-    path: Path, lines: pd.Series, cells: pd.DataFrame, numbers: pd.DataFrame, timed_by: Sequence[int],
-    chosen: Sequence[int],
-) -> tuple[pd.Index, list[str]]:  # fmt: skip
-    """Return the lines that are samples, and what was left out. A ValueError where that is much.
-
-    timed_by: the columns of times; a sample has a number in each. Without them each line is one, though a number is
-    missing.
-    """
-    used, present = sorted({*chosen, *timed_by}), numbers[timed_by or chosen].notna()
-    begins = is_sample = (present.all(axis=1) if timed_by else present.any(axis=1)).to_numpy()
+    path: Path, lines: pd.Series, cells: pd.DataFrame, numbers: pd.DataFrame, timed_by: list[int], chosen: list[int]
+) -> tuple[pd.Index, list[str]]:
+    """Return the lines that are samples, and what was left out: a sample has a number in each column of times; without
+    such columns each line is one, though a number is missing. A ValueError where much is left out."""
+    begins = is_sample = numbers[timed_by].notna().all(axis=1).to_numpy()
     if not timed_by:
+        is_sample = numbers[chosen].notna().any(axis=1).to_numpy()
         # A line with a word, or with fewer cells than usual, belongs to the head.
         full = (cells != "").to_numpy()
         words = (full & numbers.isna().to_numpy()).any(axis=1)
@@ -178,7 +168,7 @@ def samples_in(
     if len(lost) > max(FEW, FEW_SHARE * len(samples)):
         raise ValueError(
             f"{path}, line {lost.index[0]}: {lost.iloc[0][:SHOWN]!r} must hold {numbers.shape[1]} columns, with "
-            f"numbers in {used}"
+            f"numbers in {sorted({*chosen, *timed_by})}"
         )
     if len(samples) < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(len(samples), 'sample')}, must hold {FEWEST_SAMPLES} or more")
@@ -199,11 +189,11 @@ def check_commas(path: Path, cells: pd.DataFrame, delimiter: str, above: Sequenc
                 f"{path}: {one!r} may be {one.replace(',', '.')} or {one.replace(',', '')}; export the trace with "
                 "decimal points, and without commas in numbers"
             )
+    # Twice as many columns as names, or cells of decimals alone.
     named = [list(filter(None, row)) for row in above]
     named = [row for row in named if len(row) > 1 and not any(map(str.isdigit, row))][-1:]
-    are_halves = any(2 * len(row) == width for row in named)
     are_decimals = any(cells[column].str.fullmatch(r"0\d+").any() for column in cells)
-    if delimiter == "," and width % 2 == 0 and (are_halves or are_decimals):
+    if delimiter == "," and width % 2 == 0 and (are_decimals or any(2 * len(row) == width for row in named)):
         raise ValueError(
             f"{path}: commas part columns and decimals alike, as it seems: {width} columns; export the trace with "
             "decimal points, or with semicolons between columns"
@@ -215,10 +205,9 @@ def rises(values: pd.Series) -> bool:
     count = 0
     for place in np.linspace(0, max(0, values.size - WINDOW), 5)[1:-1].astype(int):
         near = values.iloc[place : place + WINDOW].dropna().to_numpy()
-        if near.size < min(WINDOW, values.size) // 2:
-            continue
-        steps, line = np.diff(near), np.linspace(near[0], near[-1], near.size)
-        count += bool((steps >= 0.0).all() and near[-1] > near[0] and np.abs(near - line).max() <= 1.01 * steps.max())
+        if near.size >= min(WINDOW, values.size) // 2:
+            steps, off = np.diff(near), np.abs(near - np.linspace(near[0], near[-1], near.size))
+            count += bool((steps >= 0.0).all() and near[-1] > near[0] and off.max() <= 1.01 * steps.max())
     return count >= 2
 
 

@@ -178,16 +178,6 @@ def test_stamps_with_too_few_digits(tmp_path: Path, digits: int, step: float) ->
     assert float(data.time[1] - data.time[0]) == pytest.approx(step, rel=2e-3)
 
 
-def test_a_sequence_has_segments(tmp_path: Path) -> None:
-    path = written(tmp_path / "sequence.csv", ["Time,Ampl", *table(), *table(volt=2.0)])
-    with pytest.raises(ValueError, match=r"holds 2 segments, .* segment=1 to 2 .*, such as average_taps"):
-        hl.read_signal(path, {7: 1}, calibration=1.0)
-    with pytest.raises(ValueError, match="segment = 3: must be at most 2"):
-        hl.read_signal(path, {7: 1}, calibration=1.0, segment=3)
-    taps = [hl.read_signal(path, {7: 1}, calibration=1.0, segment=k) for k in (1, 2)]
-    assert float(taps[1].sensor_force.max() / taps[0].sensor_force.max()) == pytest.approx(2.0, rel=1e-3)
-
-
 @pytest.mark.parametrize("word", ["9.9E+37", "-1.#IND", "OVER", "****", "", "nan", "#N/A", "inf", "∞"])
 def test_samples_beyond_the_range(tmp_path: Path, word: str) -> None:
     """The incident peak is unknown, and measures that need it refuse."""
@@ -252,8 +242,9 @@ def test_a_last_line_that_is_cut_off(tmp_path: Path, last: str) -> None:
         ([f"{k}e-6,1.0,2.0" for k in range(50)], "sensor 7: the signal is constant, 20 N"),
         ([f"0.1,{k}e-6,2.0" for k in range(50)], "are the columns swapped"),
         ([f"{k + (k > 25) * 0.4 * (k - 25)}e-6,{k % 7}" for k in range(50)], "holds no times of its samples"),
-        ([*table()[:400], *table()[500:]], "line 401: time 400 µs after 299 µs: a gap; the usual step is 1 µs"),
+        ([*table()[:400], *table()[500:]], "line 401: time 400 µs after 299 µs: a gap; .* is 1 µs; of several"),
         ([*table()[:400], *table()[300:]], "line 401: time 200 µs after 299 µs, must increase"),
+        ([*table(), *table()], "line 1001: .* of several segments or taps write one file for each"),
         ([*table()[:400], table()[399], *table()[400:]], "line 401: time 299 µs after 299 µs, must increase"),
         ([*table()[:400], *["text"] * 30, *table()[400:]], "line 401: 'text' must hold 2 columns, with numbers in"),
         (["No,V", *(f"{k},{k % 7}" for k in range(99))], "the times count the samples.*; give time_unit="),

@@ -141,8 +141,6 @@ def test_a_file_for_each_sensor(tmp_path: Path) -> None:
         ({"interval": 0.0}, "interval = 0.0: must be a positive number"),
         ({"interval": 1e-6, "time_column": 0}, "interval = 1e-06: is for a file without times"),
         ({"start": "x"}, "start = 'x': must be a finite number"),
-        ({"segment": 0}, "segment = 0: must be a whole number"),
-        ({"segment": 2}, "segment = 2: must be at most 1"),
         ({"skip": -1}, "skip = -1"),
         ({"unit": "N"}, "calibration = 20.0: must be left out"),
         ({"calibration": None}, "calibration = None: must give κ for sensor 7"),
