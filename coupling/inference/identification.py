@@ -13,18 +13,10 @@ from coupling.results.provenance import provenance
 from structures.checks import short
 
 IDENTIFIED, BLIND, AT_END, NUISANCE = "identified", "blind", "at the end of its range", "nuisance"
-
-NOT_TRUSTED = "not trusted: the model does not fit"
-"""The verdict of every unknown where the model does not explain the signal."""
-
-HALF = 0.5
-"""An unknown is blind if half of its 95 % interval exceeds this part of its value, or it this part of its range."""
-
-LINE = 80
-"""Characters of a line."""
-
-DEVIATIONS = 1.959964
-"""Standard deviations in half of a 95 % interval."""
+NOT_TRUSTED = "not trusted: the model does not fit"  # Where the model does not explain the signal.
+HALF = 0.5  # An unknown is blind if half of its interval exceeds this part of its value, or it this part of its range.
+LINE = 80  # Characters of a line.
+DEVIATIONS = 1.959964  # Standard deviations in half of a 95 % interval.
 
 
 class Printed:

@@ -20,7 +20,7 @@ from coupling.inference.identification import (
     Unknown,
 )
 from coupling.inference.measured import Measured, measured_signal, remembered
-from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Fit, Misfit, Point, inverse
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, inverse
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, length_of, range_of
 from coupling.inference.search import MANY, UNLIKELY, Search
@@ -138,8 +138,7 @@ def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[st
 def _check_times(measured: Measured, prediction: Prediction) -> None:
     """Raise a ValueError for a signal that is too coarse or too short, perhaps because its unit of time is another."""
     contact, wave = prediction.contact_time, prediction.first.chain.transit_time
-    record = float(measured.time[-1] - measured.time[0])
-    longest, coarsest = min(record, prediction.until), 0.25 * contact
+    record, coarsest = float(measured.time[-1] - measured.time[0]), 0.25 * contact
     if coarsest < measured.step:
         units = (("ms", "ms", 1e-3), ("us", "µs", 1e-6))
         fits = [one for one in units if one[2] * measured.step <= coarsest and one[2] * record >= 0.5 * wave]
@@ -148,7 +147,7 @@ def _check_times(measured: Measured, prediction: Prediction) -> None:
             f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
             + "".join(f", or are its times in {shown}? Then give time_unit = {unit!r}" for unit, shown, _ in fits[:1])
         )
-    if longest < 0.5 * wave:
+    if (longest := min(record, prediction.until)) < 0.5 * wave:
         raise ValueError(
             f"signal: {readable(longest, 's', 4)} are compared, but the wave needs about {readable(wave, 's', 4)} "
             "through the chain; record longer, or give a longer until"
@@ -157,23 +156,33 @@ def _check_times(measured: Measured, prediction: Prediction) -> None:
 
 def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs: dict[str, Any]) -> Identification:
     """Search, and judge what is found. discrepancy: of the model, as a part of each peak."""
-    misfit, prediction = search.misfit, search.misfit.prediction
-    best, point, others = _settled(search)
+    misfit, prediction, minima = search.misfit, search.misfit.prediction, search.minima()
+    best, point, beside = search.settled(minima[0])
+    if any(sensor.memory.size for sensor in misfit.measured.sensors):
+        # What the first fit leaves shows the memory of the noise.
+        rows = misfit.data(best).residual.transpose("sensor", "time").values
+        both = zip(misfit.measured.sensors, rows, strict=True)
+        sensors = [remembered(sensor, row) if sensor.memory.size else sensor for sensor, row in both]
+        rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
+        misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
+        minima = [search.solved(places) for places in rivals]
+        best, point, beside = search.settled(search.solved(best.places))
     covariance, size, explained = misfit.covariance(point, discrepancy)
+    root, data = np.sqrt(np.diag(covariance)), misfit.data(best)
 
     # Other fits that the noise does not exclude, and that are apart.
     inflation = np.maximum(np.diag(covariance) / np.diag(inverse(point.columns)), 1e-6)[: search.size]
-    modes, root = [best], np.sqrt(np.diag(covariance))
-    for fit in sorted(others, key=lambda one: one.misfit):
+    modes = [best]
+    for fit in sorted([*minima, *beside], key=lambda one: one.misfit):
         as_good = fit.misfit - best.misfit < UNLIKELY * float(inflation.max())
         if as_good and all((abs(fit.places - mode.places) > 3.0 * root[: search.size]).any() for mode in modes):
             modes.append(fit)
 
     unknowns = dict[str, Unknown]()
+    at_end = [min(place, 1.0 - place) < 1e-6 for place in best.places.tolist()]
     for k, unknown in enumerate(search.ranges):
-        place = best.places[k]
         ends = search.interval(modes, k, covariance, float(inflation[k]))
-        value, low, high = (unknown.value(one) for one in (place, *ends))
+        value, low, high = (unknown.value(one) for one in (best.places[k], *ends))
         if unknown.name in nuisances:
             verdict = NUISANCE
         elif not explained:
@@ -181,7 +190,7 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         elif high - low > HALF * min(2.0 * abs(value), unknown.high - unknown.low):
             verdict = BLIND
         else:
-            verdict = AT_END if _is_at_end(place) else IDENTIFIED
+            verdict = AT_END if at_end[k] else IDENTIFIED
         unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict)
     halves, gains = (DEVIATIONS * root[search.size :]).tolist(), iter(best.gains.tolist())
     for name, half in zip(misfit.names[search.size :], halves, strict=True):
@@ -189,12 +198,33 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         value, half = best.time_zero if unit else next(gains), half * size_of
         unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, unit, 1e-6 if unit else 1.0)
 
-    said = [warning for warning in prediction.warnings.values() if not warning.startswith("yield: ")]
-    data = misfit.data(best)
-    notes = _notes(search, best, unknowns, data, len(said) < len(prediction.warnings))
+    # What the user must know: whether contacts yield, first of all.
+    said, notes = [one for one in prediction.warnings.values() if not one.startswith("yield: ")], list[str]()
     if not explained:
         words = "the model lacks something, and values may be biased by more than their intervals"
-        notes.insert(0, f"the residual is {size:.3g} times the noise: {words}")
+        notes.append(f"the residual is {size:.3g} times the noise: {words}")
+    if len(said) < len(prediction.warnings):
+        with collected():
+            run = prediction.made(**prediction.values(best.places)).run(prediction.until)
+        notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
+    notes += [f"{one.name}: {AT_END}; widen it" for one, is_end in zip(search.ranges, at_end, strict=True) if is_end]
+    notes += [
+        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
+        for name, one in unknowns.items()
+        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
+    ]
+    for row, sensor in enumerate(misfit.measured.sensors):
+        if sensor.drifts:
+            part = 50.0 * np.ptp(data.baseline.values[row][misfit.used[row]]) / float(abs(best.fitted[row]).max())
+            shows = f"the quiet lead shows hum or drift; ± {part:.2g} % of the peak was fitted"
+            notes.append(f"sensor {sensor.bead}: {shows}")
+        if sensor.memory.size:
+            notes.append(
+                f"sensor {sensor.bead}: its noise is correlated from sample to sample, as the quiet lead shows, and "
+                f"was fitted with a memory of {count_of(sensor.memory.size, 'sample')}"
+            )
+    if prediction.failed:
+        notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
     if len(modes) > 1:
         notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
     if explained and search.guess is None and search.size >= MANY:
@@ -208,56 +238,3 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
     return Identification(
         unknowns, correlation, data, size, explained, values, prediction.runs, [*said, *notes], inputs
     )
-
-
-def _settled(search: Search) -> tuple[Fit, Point, list[Fit]]:
-    """Return the best fit, its derivatives, and the other minima."""
-    misfit, minima = search.misfit, search.minima()
-    best, point, beside = search.settled(minima[0])
-    if not any(sensor.memory.size for sensor in misfit.measured.sensors):
-        return best, point, [*minima, *beside]
-    rows = misfit.data(best).residual.transpose("sensor", "time").values
-    sensors = [
-        remembered(sensor, row) if sensor.memory.size else sensor
-        for sensor, row in zip(misfit.measured.sensors, rows, strict=True)
-    ]
-    rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
-    misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
-    minima = [search.solved(places) for places in rivals]
-    best, point, beside = search.settled(search.solved(best.places))
-    return best, point, [*minima, *beside]
-
-
-def _is_at_end(place: float) -> bool:
-    return min(place, 1.0 - place) < 1e-6
-
-
-def _notes(search: Search, best: Fit, unknowns: Mapping[str, Unknown], data: xr.Dataset, yields: bool) -> list[str]:
-    """Return what the user must know of the best fit. yields: contacts of some runs yield."""
-    misfit, prediction, notes = search.misfit, search.misfit.prediction, list[str]()
-    if yields:
-        with collected():
-            run = prediction.made(**prediction.values(best.places)).run(prediction.until)
-        notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
-    at_end = [unknown.name for unknown, place in zip(search.ranges, best.places, strict=True) if _is_at_end(place)]
-    notes += [f"{name}: {AT_END}; widen it" for name in at_end]
-    notes += [
-        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
-        for name, one in unknowns.items()
-        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
-    ]
-    for row, sensor in enumerate(misfit.measured.sensors):
-        if sensor.drifts:
-            baseline, peak = data.baseline.values[row][misfit.used[row]], float(abs(best.fitted[row]).max())
-            notes.append(
-                f"sensor {sensor.bead}: the quiet lead shows hum or drift; ± {50.0 * np.ptp(baseline) / peak:.2g} % of "
-                "the peak was fitted"
-            )
-        if sensor.memory.size:
-            notes.append(
-                f"sensor {sensor.bead}: its noise is correlated from sample to sample, as the quiet lead shows, and "
-                f"was fitted with a memory of {count_of(sensor.memory.size, 'sample')}"
-            )
-    if prediction.failed:
-        notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
-    return notes

@@ -169,7 +169,7 @@ class Design:
         """Return the derivatives of all samples, sensor × time × parameter; of the unknowns over twice these steps."""
         point, beads = self.misfit.at(self.places, np.broadcast_to(steps, self.places.shape)), self.prediction.sensors
         gains = [f"{GAIN} {bead}" for bead in beads]
-        columns = np.hstack([point.columns, point.fit.slope[:, None], self.misfit.gain_columns(point.fit)])
+        columns = np.hstack([point.columns, point.fit.slope[:, None], point.fit.gain_columns])
         names, time = [*self.values, TIME_ZERO, *gains], self.misfit.measured.time
         axes = {"sensor": beads, "time": time, "parameter": names}
         data = xr.DataArray(columns.reshape(len(beads), -1, len(names)), axes, tuple(axes))
@@ -182,32 +182,33 @@ class Design:
         """Return the derivatives of AR and TOF at sensors, feature × parameter, over their errors in noisy draws; NaN
         where a wave is missing. until: the end of the record, s; 64 draws are exact to 9 %."""
         beads, random = sensors or self.prediction.sensors, np.random.default_rng(0)
+        moving = self.prediction.first.chain
+        hop = moving.transit_time / (count := len(moving.chain.beads))
+
+        def primaries(time: Vector, forces: Vector) -> Vector:
+            features = list[float]()
+            with collected():
+                signal = as_signal(time, dict(zip(beads, forces, strict=True)))
+                for n in beads:
+                    # A wave is back after 0.86 or more of the time that theory gives, in compressed chains; what comes
+                    # earlier is the tail of the incident one.
+                    wave = reflections(signal, n, earliest=0.8 * 2.0 * (count - n) * hop).primary
+                    found = isinstance(wave, ReflectedWave)
+                    features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2
+            return np.array(features)
+
         measured, rows = self.misfit.measured, [self.prediction.sensors.index(n) for n in beads]
         time, early = measured.time[measured.time <= until], self.prediction.time <= until
         clean = np.stack([measured.sensors[row].force[: time.size] for row in rows])
         noise = np.array([measured.sensors[row].noise for row in rows])[:, None]
-        noisy = [self._primaries(time, clean + random.normal(size=clean.shape) * noise, beads) for _ in range(draws)]
+        noisy = [primaries(time, clean + random.normal(size=clean.shape) * noise) for _ in range(draws)]
         spread = np.std(noisy, axis=0)
         moved = np.eye(self.places.size) * steps
         traces = self.prediction.traces([*(self.places + moved), *(self.places - moved)])
-        found = [self._primaries(self.prediction.time[early], trace[rows][:, early], beads) for trace in traces]
+        found = [primaries(self.prediction.time[early], trace[rows][:, early]) for trace in traces]
         above, below = np.reshape(found, (2, self.places.size, -1))
         changes = (above - below).T / (2.0 * np.diag(moved)) / np.where(spread > 0.0, spread, np.nan)[:, None]
         return xr.DataArray(changes, {"parameter": [*self.values]}, ("feature", "parameter"))
-
-    def _primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-        """Return AR and TOF (s) of the primary wave, sensor by sensor; NaN where it is missing."""
-        moving, features = self.prediction.first.chain, list[float]()
-        hop = moving.transit_time / (beads := len(moving.chain.beads))
-        with collected():
-            signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
-            for n in sensors:
-                # A wave is back after 0.86 or more of the time that theory gives, in compressed chains; what comes
-                # earlier is the tail of the incident one.
-                wave = reflections(signal, n, earliest=0.8 * 2.0 * (beads - n) * hop).primary
-                found = isinstance(wave, ReflectedWave)
-                features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2
-        return np.array(features)
 
 
 def bounds_of(derivatives: xr.DataArray, known: Iterable[str] = ()) -> tuple[dict[str, float], xr.DataArray]:

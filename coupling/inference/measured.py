@@ -1,8 +1,5 @@
-"""A signal as identification takes it: its samples, and what its sensors read besides waves.
-
-The quiet lead alone says what that is: white noise, noise that remembers its last samples, hum or drift. What a model
-lacks shows only where there are waves, and no disturbance may explain it.
-"""
+"""A signal as identification takes it: its samples, and what its sensors read besides waves. The quiet lead alone says
+what that is; what a model lacks shows only where there are waves, and no disturbance may explain it."""
 
 from collections.abc import Iterable
 from itertools import product
@@ -26,11 +23,8 @@ FEWEST, FEWEST_OF_LEAD = 16, 50
 
 class Sensor(NamedTuple):
     """One sensor: its bead, force (N; NaN where samples are left out), and the standard deviation of its noise, N.
-
-    lead: how many samples at the beginning show no wave; 0 where they are too few. memory: coefficients of noise that
-    remembers its last samples; step: the standard deviation of what is new in each, N. drifts: the lead shows hum or
-    drift.
-    """
+    lead: samples before the first wave, 0 where they are too few. memory: coefficients of noise that remembers its last
+    samples; step: the standard deviation of what is new in each, N. drifts: the lead shows hum or drift."""
 
     bead: int
     force: Vector
@@ -108,18 +102,14 @@ def estimated(force: Vector) -> float:
 
 
 def lead_of(force: Vector) -> int:
-    """Return how many samples at the beginning are quiet, three quarters of those before the first wave; 0 where they
-    are too few."""
+    """Return three quarters of the samples before the first wave; 0 where they are too few."""
     lead = 3 * quiet_lead(interpolated_over_gaps(force)) // 2
     return lead if lead >= FEWEST_OF_LEAD else 0
 
 
 def _disturbed(sensor: Sensor, given: bool) -> Sensor:
-    """Return a sensor with the disturbances that its lead shows.
-
-    They are the autoregression and the polynomial of the lead with the least of Bayes's information criterion, if that
-    is lower by 6 than of white noise alone: strong evidence (Kass and Raftery, 1995).
-    """
+    """Return a sensor with the disturbances of its lead: the autoregression and polynomial with the least of Bayes's
+    information criterion, if that is lower by 6 than of white noise alone: strong evidence (Kass and Raftery, 1995)."""
     quiet = interpolated_over_gaps(sensor.force)[: sensor.lead] / sensor.noise
     before = np.stack([quiet[4 - k : quiet.size - k] for k in range(1, 5)], axis=1)
     values, shapes = quiet[4:], legvander(np.linspace(-1.0, 1.0, quiet.size - 4), 3)
@@ -139,10 +129,8 @@ def _disturbed(sensor: Sensor, given: bool) -> Sensor:
 
 
 def remembered(sensor: Sensor, left: Vector) -> Sensor:
-    """Return a sensor with the memory of its noise in what a fit leaves of the record, N, NaN where nothing is known.
-
-    A lead of some hundred samples shows that there is one, but knows it too badly: intervals were too short.
-    """
+    """Return a sensor with the memory of its noise in what a fit leaves of the record, N, NaN where nothing is known. A
+    lead of some hundred samples shows that there is one, but knows it too badly: intervals were too short."""
     left, order = left[np.isfinite(left)], sensor.memory.size
     before = np.stack([left[order - k : left.size - k] for k in range(1, order + 1)], axis=1)
     memory = np.asarray(np.linalg.lstsq(before, left[order:], rcond=None)[0], dtype=np.float64)

@@ -1,9 +1,5 @@
-"""The misfit of predicted and measured traces, whatever the gain, offset and time zero of the sensors are.
-
-These belong to the sensors, and follow from the traces of a run: gains, offset, hum and drift enter linearly, the time
-zero by a search in one dimension. So they are projected out of the residual (variable projection), and a search varies
-the unknowns of the builder alone.
-"""
+"""The misfit of predicted and measured traces, whatever the gain, offset and time zero of the sensors are. These
+follow from the traces of a run, and are projected out of the residual: a search varies the builder's unknowns alone."""
 
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -22,18 +18,15 @@ from structures.structure import Vector
 
 GAIN, OFFSET, TIME_ZERO = "gain", "offset", "time_zero"
 
-OF_SENSORS = (GAIN, OFFSET, TIME_ZERO)
-"""Nuisances that belong to the sensors, not to the builder."""
-
-FAILED = 1e6
-"""The residual of a run that failed, so that a search turns back."""
+OF_SENSORS = (GAIN, OFFSET, TIME_ZERO)  # Nuisances that belong to the sensors, not to the builder.
+FAILED = 1e6  # The residual of a run that failed, so that a search turns back.
 
 
 class Fit(NamedTuple):
     """Traces at the places of the unknowns against the signal.
 
     time_zero: s; residual: white, over the noise, sensor by sensor; slope: its derivative by the time zero, in contact
-    times; fitted: N, of each sensor, without its baseline, none where the run failed.
+    times; white: the traces as in the residual; fitted: N, without baseline. Each list is empty where the run failed.
     """
 
     places: Vector
@@ -41,6 +34,7 @@ class Fit(NamedTuple):
     residual: Vector
     slope: Vector
     gains: Vector
+    white: list[Vector]
     fitted: list[Vector]
 
     @property
@@ -53,6 +47,11 @@ class Fit(NamedTuple):
         """χ²: the sum of squares."""
         return float(self.residual @ self.residual)
 
+    @property
+    def gain_columns(self) -> Vector:
+        """The derivatives of the residual by the gains."""
+        return np.asarray(block_diag(*[-white[:, None] for white in self.white]))
+
 
 class Point(NamedTuple):
     """A fit with its derivatives. columns: of the residual by the unknowns, with the parameters of the sensors fitted
@@ -64,28 +63,31 @@ class Point(NamedTuple):
 
 
 class Misfit:
-    """Compares predictions with a measured signal."""
+    """Compares predictions with a measured signal. names: of all parameters, unknowns, time zero, gains."""
 
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str]) -> None:
         self.prediction, self.until, self.unit = prediction, prediction.until, prediction.contact_time
         self.free = [name for name in OF_SENSORS if name in nuisances]
+        gains = [f"{GAIN} {sensor.bead}" for sensor in measured.sensors if GAIN in self.free]
+        shared = [TIME_ZERO] if TIME_ZERO in self.free else []
+        self.names = [*(unknown.name for unknown in prediction.ranges), *shared, *gains]
         self.count(measured)
 
     def count(self, measured: Measured, time_zero: float | None = None) -> None:
-        """Count the samples of a signal that are no NaN; those up to the end of the prediction after `time_zero`, s.
-
-        Samples before the impact show the baseline, so they count where the lead is quiet.
-        """
+        """Count the samples of a signal that are no NaN; those up to the end of the prediction after `time_zero`, s."""
         self.measured, self.used = measured, list[NDArray[np.bool_]]()
         self._bases, self._forces, moments = list[Vector](), list[Vector](), measured.time - (time_zero or 0.0)
         for row, sensor in enumerate(measured.sensors):
             used = np.isfinite(sensor.force)
             if time_zero is not None:
+                # Samples before the impact show the baseline, so they count where the lead is quiet.
                 used &= (moments >= -(self.until if sensor.lead else self.unit)) & (moments <= self.until)
             self.used.append(used)
             shapes = sensor.baseline(measured.time, OFFSET in self.free)[used]
             self._bases.append(np.linalg.qr(sensor.whitened(shapes.T).T)[0])
             self._forces.append(self._clean(row, sensor.force[used]))
+        self.samples = int(sum(used.sum() for used in self.used))
+        self.degrees = max(self.samples - len(self.names), 1)
         if self.samples <= len(self.names):
             raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
 
@@ -94,30 +96,13 @@ class Misfit:
         white, basis = self.measured.sensors[row].whitened(values), self._bases[row]
         return np.asarray(white - (white @ basis) @ basis.T)
 
-    @property
-    def names(self) -> list[str]:
-        """The names of all parameters: unknowns, time zero, gains."""
-        shared = [TIME_ZERO] if TIME_ZERO in self.free else []
-        gains = [f"{GAIN} {sensor.bead}" for sensor in self.measured.sensors if GAIN in self.free]
-        return [*(unknown.name for unknown in self.prediction.ranges), *shared, *gains]
-
-    @property
-    def samples(self) -> int:
-        """The number of them that count."""
-        return int(sum(used.sum() for used in self.used))
-
-    @property
-    def degrees(self) -> int:
-        """Samples less parameters."""
-        return max(self.samples - len(self.names), 1)
-
     def fits(self, places: Sequence[Vector], near: float | None = None) -> list[Fit]:
         """Return the fits of runs, which are done together, with the best time zero, or the best one near a time, s."""
         return [self._fit(*both, near) for both in zip(places, self.prediction.traces(places), strict=True)]
 
     def _fit(self, places: Vector, traces: Vector, near: float | None) -> Fit:
         if not np.isfinite(traces).all():
-            return Fit(places, 0.0, np.full(self.samples, FAILED), np.zeros(0), np.ones(len(self.used)), [])
+            return Fit(places, 0.0, np.full(self.samples, FAILED), np.zeros(0), np.ones(len(self.used)), [], [])
         curve = CubicSpline(self.prediction.interval * np.arange(traces.shape[-1]), traces, axis=-1)
         if TIME_ZERO not in self.free:
             return self._fit_at(places, curve, 0.0)
@@ -152,7 +137,7 @@ class Misfit:
         inside = np.clip(moments, 0.0, curve.x[-1])
         shapes = curve(inside) * (moments >= 0.0)
         rates = -self.unit * curve(inside, 1) * (inside == moments)
-        residuals, slopes, fitted = list[Vector](), list[Vector](), list[Vector]()
+        residuals, slopes, whites, fitted = list[Vector](), list[Vector](), list[Vector](), list[Vector]()
         gains = np.ones(len(self.used))
         for row, used in enumerate(self.used):
             white, rate = self._clean(row, np.stack([shapes[row, used], rates[row, used]]))
@@ -163,8 +148,9 @@ class Misfit:
                 rate = rate - (rate @ direction) * direction
             residuals.append(self._forces[row] - gains[row] * white)
             slopes.append(-gains[row] * rate)
+            whites.append(white)
             fitted.append(gains[row] * shapes[row, used])
-        return Fit(places, time_zero, np.concatenate(residuals), np.concatenate(slopes), gains, fitted)
+        return Fit(places, time_zero, np.concatenate(residuals), np.concatenate(slopes), gains, whites, fitted)
 
     def at(self, places: Vector, steps: Vector, central: bool = True) -> Point:
         """Return the fit at places and its derivatives: central differences over twice these steps, one-sided at an end
@@ -186,13 +172,8 @@ class Misfit:
         chosen = np.array([TIME_ZERO in self.free, *[GAIN in self.free] * len(self.used)])
         carried = np.eye(len(self.names))
         carried[size:, :size] = ((sensors[1] - sensors[0]) / width).T[chosen]
-        own = np.hstack([here.slope[:, None], self.gain_columns(here)])[:, chosen]
+        own = np.hstack([here.slope[:, None], here.gain_columns])[:, chosen]
         return Point(here, np.hstack([((residuals[1] - residuals[0]) / width).T, own]), carried)
-
-    def gain_columns(self, fit: Fit) -> Vector:
-        """Return the derivatives of the residual by the gains."""
-        rows = [-self._clean(row, shape) / fit.gains[row] for row, shape in enumerate(fit.fitted)]
-        return np.asarray(block_diag(*[row[:, None] for row in rows]))
 
     def by_sensor(self, values: Vector) -> list[Vector]:
         """Return the parts of a residual, or of columns, that belong to each sensor."""
@@ -206,10 +187,8 @@ class Misfit:
         )
 
     def explains(self, fit: Fit) -> bool:
-        """Return whether the residual is that of noise, or of runs: not larger, and not correlated over a contact time.
-
-        Ljung and Box's sum is compared within four standard deviations.
-        """
+        """Return whether the residual is that of noise, or of runs: not larger, and not correlated over a contact time,
+        by the sum of Ljung and Box within four standard deviations."""
         if self.is_numerical(fit):
             return True
         # Noise that was estimated may be half as large again.

@@ -25,13 +25,10 @@ from structures.structure import Vector
 from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
+RICHARDSON = 4.0 / 3.0  # An error over its change when lengths are halved: at order 2 it falls to a quarter.
+TIGHTER = 1e-2  # Factor of the tolerance of an exact reduction.
 
-RICHARDSON = 4.0 / 3.0
-"""An error over its change when lengths are halved: at order 2 it falls to a quarter."""
-
-TIGHTER = 1e-2
-"""Factor of the tolerance of an exact reduction."""
-
+# What is read from a run at a sensor: its name in tables, its unit there, and the function.
 MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
     "amplitude_ratio": ("AR", 1.0, amplitude_ratio),
     "time_of_flight": ("TOF, µs", 1e-6, time_of_flight),
@@ -39,7 +36,6 @@ MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
     "secondary_time_of_flight": ("secondary TOF, µs", 1e-6, partial(time_of_flight, wave="secondary")),
     "contact_time": ("contact time, µs", 1e-6, lambda run, sensor: contact_time(run)),
 }
-"""What is read from a run at a sensor: its name in tables, its unit there, and the function."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -149,16 +145,14 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
             raise ValueError(f"build(...) = {made!r}: must be the CoSimulation of one chain")
         return made
 
-    usual = built()
-    saved, plan = sorted({sensor, len(usual.chain.chain.beads)}), usual.plan(until)
-
     def measured(run: xr.Dataset) -> dict[str, float]:
         return {name: float(read(run, sensor)) for name, (_, _, read) in MEASURES.items()}
 
+    usual = built()
+    saved, plan = sorted({sensor, len(usual.chain.chain.beads)}), usual.plan(until)
     run = usual.run(until, sensors=saved)
     with collected() as said:
         values = {name: value for name, value in measured(run).items() if not isnan(value)}
-
     parts, notes, warnings = dict[str, dict[str, float]](), dict[str, str](), list(dict.fromkeys(said))
     with collected():
         again = measured(built().run(until, sensors=saved))
@@ -174,10 +168,9 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
             every = plan.interval / 2.0 if source == TIME else None
             refined = values if fine is None else measured(fine.run(until, every, sensors=saved))
             parts[source] = {name: size * (value - refined[name]) for name, value in values.items()}
-            lost = [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]
             if isnan(size):
                 warnings.append(f"{source}: {notes[source]}")
-            elif lost:
+            elif lost := [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]:
                 words = "without an error, as the finer run does not have this wave"
                 warnings.append(f"{source}: {', '.join(lost)} {words}")
     if "amplitude_ratio" not in values:
@@ -189,10 +182,8 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
 def _finer(
     source: str, usual: CoSimulation, built: Callable[..., CoSimulation], plan: Plan
 ) -> tuple[CoSimulation | None, float, str]:
-    """Return a simulation with one source refined, the factor that makes the change an error, and what was refined.
-
-    The factor is zero where there is nothing to refine, and NaN where something was not refined.
-    """
+    """Return a simulation with one source refined, the factor that makes the change an error, and what was refined; the
+    factor is zero where there is nothing to refine, and NaN where something was not refined."""
     if source == TIME:
         # The error of an adaptive window, of a chord to a parabola, grows as its length squared: a quarter is half the
         # window.
@@ -203,23 +194,22 @@ def _finer(
     factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
     if source == MESH:
         # A mesh has mass; closed forms, as of the half-space, have none. Of a user's solver nobody knows.
-        having = [i for i, one in enumerate(structures) if one is None or one.mass.count_nonzero()]
+        having = [one is None or bool(one.mass.count_nonzero()) for one in structures]
         size, words = RICHARDSON, "cells halved"
     else:
         reports = [{} if one is None else one.origin.get("reduction") or {} for one in structures]
-        errors = [report.get("error_estimate", 0.0) / report.get("tolerance", 1.0) for report in reports]
-        having = [i for i, error in enumerate(errors) if error > TIGHTER]
+        having = [one.get("error_estimate", 0.0) / one.get("tolerance", 1.0) > TIGHTER for one in reports]
         size, words = 1.0, "to a hundredth of its tolerance"
-    if not having:
+    if not any(having):
         return None, 0.0, "none"
     try:
         fine = built(**factors)
     except ValueError as error:  # too many cells: those of the user are near the limit
         return None, nan, f"not estimated; {error}"
-    for i in having:
-        old, new = structures[i], fine.interface.structures[i].structure
+    for old, body, has_it in zip(structures, fine.interface.structures, having, strict=True):
+        new = body.structure
         same = old is not None and np.array_equal(old.contact, new.contact)
-        if old is None or (same and np.array_equal(old.stiffness.data, new.stiffness.data)):
+        if has_it and (old is None or (same and np.array_equal(old.stiffness.data, new.stiffness.data))):
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
             return None, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
     return fine, size, words

@@ -18,16 +18,15 @@ from plates.section import homogeneous_section
 from structures.caution import collected
 from structures.structure import Structure, half_space
 
+# Hz, of the modes at least. With 40 kHz traces of small thin plates, which hold many echoes, are off by 0.5 %.
 FREQUENCY = 60e3
-"""Hz, of the modes at least. With 40 kHz traces of small thin plates, which hold many echoes, are off by 0.5 %."""
 
 Build = Callable[..., CoSimulation]
 
 
 @dataclass(frozen=True)
 class OnModes:
-    """Builds co-simulations on the modes of their plate; slowest: of the plate with the slowest waves, so the
-    shortest."""
+    """Builds co-simulations on the modes of their plate; slowest: of the plate with the slowest waves, the shortest."""
 
     slowest: ModalPlate
 
@@ -47,13 +46,13 @@ class OnModes:
 
 
 def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
-    """Return what builds a co-simulation on the modes of its plate, of functions that make and strike such plates.
+    """Return what builds a co-simulation on the modes of its plate, of functions that make and strike such plates; None
+    where modes do not serve, as where not one plate is struck at one place. until: of the longest run, s.
 
     The modes are those of the plate with the slowest waves, so the shortest, between the plate of the first
-    co-simulation and those of the others, which differ from it by one quantity each. until: of the longest run, s. None
-    where modes do not serve, as where not one plate is struck at one place.
+    co-simulation and those of the others, which differ from it by one quantity each.
     """
-    plates: list[Plate] = []
+    plates = list[Plate]()
 
     def noted(plate: Plate, contacts: list[Contact]) -> Structure:
         if not is_modal(plate) or len(contacts) != 1:
@@ -69,7 +68,6 @@ def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
         return None  # it needs the mesh; what else is wrong shows in its own runs
     if len(plates) != len(builds):
         return None
-
     first, speeds = plates[0], np.array([plate.section.bending[0, 0] / plate.section.mass for plate in plates]) ** 0.5
     slower = float(np.minimum(speeds / speeds[0], 1.0).prod())
     section = homogeneous_section(slower * first.thickness, first.section.struck)

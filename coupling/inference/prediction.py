@@ -18,14 +18,10 @@ from structures.checks import finite, positive, short
 from structures.structure import Vector
 from structures.units import readable
 
-NUMERICAL = 1e-4
-"""Part of the peak to which traces of runs are exact; lower noise is not believed."""
-
+NUMERICAL = 1e-4  # Part of the peak to which traces of runs are exact; lower noise is not believed.
+# Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance.
 FROM_IMPACT = 4.0
-"""Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance."""
-
-MOST_SAMPLES = 1e6
-"""Of a trace."""
+MOST_SAMPLES = 1e6  # Of a trace.
 
 
 class Range(NamedTuple):
@@ -43,15 +39,13 @@ class Range(NamedTuple):
     def value(self, place: float) -> float:
         """Return the value at a place."""
         part = min(max(float(place), 0.0), 1.0)
-        if self.logarithmic:
-            return float(self.low * (self.high / self.low) ** part)
-        return self.low + (self.high - self.low) * part
+        linear = self.low + (self.high - self.low) * part
+        return float(self.low * (self.high / self.low) ** part) if self.logarithmic else linear
 
     def place(self, value: float) -> float:
         """Return the place of a value."""
-        if self.logarithmic:
-            return log(value / self.low) / log(self.high / self.low)
-        return (value - self.low) / (self.high - self.low)
+        linear = (value - self.low) / (self.high - self.low)
+        return log(value / self.low) / log(self.high / self.low) if self.logarithmic else linear
 
 
 def range_of(name: str, ends: Any) -> Range:
@@ -84,10 +78,8 @@ def length_of(
 
 
 class Prediction:
-    """Runs of a builder, as dynamic forces at sensors, N: runs × sensors × times, from the impact on.
-
-    It counts the runs and those that failed, and keeps the first warning of each kind.
-    """
+    """Runs of a builder, as dynamic forces at sensors, N: sensors × times, from the impact on. It counts the runs and
+    those that failed, and keeps the first warning of each kind."""
 
     def __init__(
         self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
@@ -99,16 +91,16 @@ class Prediction:
         self.first = self.made(**self.values(np.full(len(ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
         self._quick = self.first.longest_window < 0.999 * self.first.replace(accuracy="screening").longest_window
-        beads = len(self.first.chain.chain.beads)
-        if wrong := [n for n in sensors if not 1 <= n <= beads]:
-            raise ValueError(f"sensors = {sensors!r}: bead {wrong[0]} is not in the chain, which has {beads}")
+        self._beads = len(self.first.chain.chain.beads)
+        if wrong := [n for n in sensors if not 1 <= n <= self._beads]:
+            raise ValueError(f"sensors = {sensors!r}: bead {wrong[0]} is not in the chain, which has {self._beads}")
         self.contact_time = self.first.interface.contact_time
         # Cubic splines between 48 saved times in the shortest contact are exact to 1e-5 of a pulse.
         self.interval = self.contact_time / 48.0
         if until / self.interval > MOST_SAMPLES:
             raise ValueError(f"until = {until!r} s: is longer than {MOST_SAMPLES:.0e} samples of a trace")
         self.time: Vector = np.asarray(self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1))
-        self._kept = kept_at(sensors, beads)
+        self._kept = kept_at(sensors, self._beads)
 
     def values(self, places: Vector) -> dict[str, float]:
         """Return the unknowns at places from 0 to 1."""
@@ -138,17 +130,15 @@ class Prediction:
         if new:
             rows = [self.values(place) for place in new.values()]
             columns: dict[str, Any] = {unknown.name: [row[unknown.name] for row in rows] for unknown in self.ranges}
-            beads = len(self.first.chain.chain.beads)
             with collected() as messages:
-                runs = Records(self.made, columns, self.until, self.interval, self._kept, beads)
+                runs = Records(self.made, columns, self.until, self.interval, self._kept, self._beads)
                 runs.fill(1)
             force = (runs.force - runs.static[:, None, :]).swapaxes(1, 2)
             row_of = {index + 1: row for row, index in enumerate(self._kept.contacts)}
             # The force of a bead is the mean of those of its two contacts.
             traces = np.stack([0.5 * (force[:, row_of[n]] + force[:, row_of[n + 1]]) for n in self.sensors], axis=1)
-            self.runs += len(rows)
             failures = [str(failure) for failure in runs.failures if failure]
-            self.failed += len(failures)
+            self.runs, self.failed = self.runs + len(rows), self.failed + len(failures)
             self.reason = self.reason or next(iter(failures), "")
             for message in [*messages, *chain.from_iterable(runs.findings)]:
                 self.warnings.setdefault(kind(message), message)

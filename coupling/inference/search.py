@@ -1,7 +1,5 @@
-"""Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range.
-
-Intervals follow from the curvature of χ², or from its profile.
-"""
+"""Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range. Intervals
+follow from the curvature of χ², or from its profile."""
 
 from collections.abc import Iterable, Sequence
 
@@ -13,28 +11,22 @@ from coupling.inference.identification import DEVIATIONS
 from coupling.inference.misfit import Fit, Misfit, Point, inverse, steps_for
 from structures.structure import Vector
 
+# So many unknowns and more start at more points, have lines only where no fit explains the signal, and only half of the
+# places beside a fit.
 MANY = 5
-"""So many unknowns and more start at more points, have lines only where no fit explains the signal, and only half of
-the places beside a fit."""
-
-RIVAL = 4.0
-"""Where a fit explains the signal, a minimum on a line may be a rival if χ² is not larger by this factor."""
-
-HOPELESS = 1.5
-"""A rough fit whose χ² is larger by more than this factor is searched no further."""
-
-UNLIKELY = 6.0
-"""Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
-
+RIVAL = 4.0  # Where a fit explains the signal, a minimum on a line may be a rival if χ² is not larger by this factor.
+HOPELESS = 1.5  # A rough fit whose χ² is larger by more than this factor is searched no further.
+UNLIKELY = 6.0  # Another minimum is a mode of its own if χ² is within this of the least: a likelihood of 5 %.
+# The first step of a profile at least: smaller ones end in the roughness that beads which rattle give χ², and make
+# intervals too short.
 FINEST_PROFILE = 1e-3
-"""The first step of a profile at least: smaller ones end in the roughness that beads which rattle give χ²; intervals
-were too short."""
 
 
 class Search:
     """Finds the local minima of a misfit.
 
     guess: a place to start from without a scan. lines: numbers of the unknowns whose ranges are scanned one by one.
+    steps: half the distance of runs for a derivative; spacing: of the places on lines; both as parts of the ranges.
     """
 
     def __init__(self, misfit: Misfit, seed: int, guess: Vector | None, lines: Sequence[int]) -> None:
@@ -43,7 +35,6 @@ class Search:
         self.count = min(32 * 2 ** max(self.size - 2, 0), 128)
         self.sobol = qmc.Sobol(self.size, seed=seed)
         self.steps, self.spacing = np.full(self.size, 1e-3), np.zeros(self.size)
-        """Half the distance of runs for a derivative, and that of the places on the lines, as parts of the ranges."""
 
     def minima(self) -> list[Fit]:
         """Return the local minima, the least first; with a guess only the nearest."""
@@ -57,7 +48,7 @@ class Search:
         if self.guess is not None:
             return [self.solved(self.guess)]
         many = self.size >= MANY
-        minima = self._solved_from(self._apart(scanned, [], 8 if many else 3))
+        minima = self._solved_from(_apart(scanned, [], 8 if many else 3))
         if many and self.misfit.explains(minima[0]):
             return minima
 
@@ -78,7 +69,7 @@ class Search:
             starts = self._minima_on(lines, minima, RIVAL * best.misfit if explained else np.inf)
             if not explained:
                 known = [*starts, *(one.places for one in minima)]
-                starts += self._apart(self._scanned(self.sobol.random(self.count)), known, 3)
+                starts += _apart(self._scanned(self.sobol.random(self.count)), known, 3)
             minima = sorted([*minima, *self._solved_from(starts, best)], key=lambda one: one.misfit)
             if explained and minima[0].misfit > best.misfit - 1.0:
                 break
@@ -93,8 +84,8 @@ class Search:
         minima, few = list[Fit](), self.size < MANY
         for _ in range(6 if few else 3):
             # Least squares again, with derivatives over steps that suit the errors.
-            point = self.misfit.at(fit.places, self.steps)
-            self.steps = steps_for(np.sqrt(np.diag(inverse(point.columns)))[: self.size])
+            errors = np.sqrt(np.diag(inverse(self.misfit.at(fit.places, self.steps).columns)))
+            self.steps = steps_for(errors[: self.size])
             best = min(fit, self.solved(fit.places, 10, central=True), key=lambda one: one.misfit)
             point = self.misfit.at(best.places, self.steps)
 
@@ -135,21 +126,18 @@ class Search:
         return self.misfit.fits([full(done.x)])[0]
 
     def interval(self, modes: Sequence[Fit], k: int, covariance: Vector, inflation: float) -> tuple[float, float]:
-        """Return the 95 % interval of an unknown, as places.
-
-        modes: all fits that are as good, the best first; inflation: of variances, over those of noise of unit size.
-        """
+        """Return the 95 % interval of an unknown, as places. modes: all fits that are as good, the best first;
+        inflation: of variances, over those of noise of unit size."""
         best, place = modes[0], float(modes[0].places[k])
         covariance = covariance[: self.size, : self.size]
         half, root = DEVIATIONS * float(np.sqrt(covariance[k, k])), np.sqrt(np.diag(covariance))
-        correlated = abs(covariance[k] / (root * root[k]))
-        correlated[k] = 0.0
+        correlated = np.delete(abs(covariance[k] / (root * root[k])), k)
         ridge = covariance[k] / covariance[k, k]
         # Where χ² rises much as its curvature predicts, its root is nearly straight, and the rise moves the ends. In
         # fits of eight unknowns these ends are those of the profile within a twentieth of the half-width where χ² rises
         # more than predicted; where it rises less, they lie up to a fifth outside.
         rises = []
-        if half < min(0.1, place, 1.0 - place) and correlated.max() < 0.98:
+        if half < min(0.1, place, 1.0 - place) and correlated.max(initial=0.0) < 0.98:
             line = [np.clip(best.places + side * half * ridge, 0.0, 1.0) for side in (-1.0, 1.0)]
             rises = [(fit.misfit - best.misfit) / (inflation * DEVIATIONS**2) for fit in self.misfit.fits(line)]
         if rises and all(1.0 / 3.0 < rise < 1.5 for rise in rises):
@@ -164,10 +152,7 @@ class Search:
 
     def _risen(self, best: Fit, k: int, half: float, inflation: float, limit: float, ridge: Vector) -> float:
         """Return the place between the best one and a limit where χ², with all others fitted anew, has risen by that of
-        95 %; the limit where it has not.
-
-        half: what the curvature predicts; ridge: by how much the others change with this unknown, at the best fit.
-        """
+        95 %; the limit where it has not. half, ridge: of the interval and of the others, as the curvature predicts."""
         latest, inner = best.places, float(best.places[k])
         before, side = -DEVIATIONS, np.sign(limit - inner)
         step = min(max(1.05 * half, FINEST_PROFILE), 0.1)
@@ -192,19 +177,10 @@ class Search:
         """Return the fits at points, the best first, without runs that fail."""
         return sorted((fit for fit in self.misfit.fits(list(points)) if fit.works), key=lambda fit: fit.misfit)
 
-    def _apart(self, scanned: Iterable[Fit], others: Sequence[Vector], count: int) -> list[Vector]:
-        """Return the best places that are apart from each other and from some others."""
-        chosen = list[Vector]()
-        for fit in scanned:
-            away = min((float(abs(fit.places - other).max()) for other in [*others, *chosen]), default=1.0)
-            if len(chosen) < count and away > 0.05:
-                chosen.append(fit.places)
-        return chosen
-
     def _solved_from(self, starts: Sequence[Vector], known: Fit | None = None) -> list[Fit]:
         """Return the ends of least squares from each start, the least first: rough ones, of which those that may be as
         good as the best are searched to their ground. Without a known fit the first that explains ends it."""
-        ends, others = list[Fit](), [known] if known else []
+        others = [known] if known else []
         for start in starts:
             end = self.solved(start, 10, 1e-2)
             least = min((other.misfit for other in others), default=np.inf)
@@ -212,29 +188,35 @@ class Search:
             new = all(abs(end.places - other.places).max() > 1e-2 for other in others)
             if end.misfit < least or (new and end.misfit < HOPELESS * least):
                 end = self.solved(end.places)
-            ends.append(end)
             others.append(end)
             if known is None and self.misfit.explains(end):
                 break
-        return sorted(ends, key=lambda one: one.misfit)
+        return sorted(others[known is not None :], key=lambda one: one.misfit)
 
     def _minima_on(
         self, lines: Sequence[Vector], known: Sequence[Fit], largest: float, near: bool = False
     ) -> list[Vector]:
-        """Return the places of the best minima of χ² on lines, below the largest and away from known fits.
-
-        near: the lines go through the fit, so that a minimum at any distance is another one.
-        """
+        """Return the places of the best minima of χ² on lines, below the largest and away from known fits; near: on
+        lines through the fit a minimum at any distance is another one."""
         found = list[Fit]()
         for k, line in zip(self.lines, lines, strict=True):
             fits = self.misfit.fits(list(line))
             values = np.array([np.inf, *(fit.misfit for fit in fits), np.inf])
-            lowest = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]))
+            lowest = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < largest)
             # A point that fits better than a known fit nearby is not in its valley.
             apart = 0.0 if near else 2.0 * self.spacing[k]
             found += [
-                fits[i] for i in lowest
-                if fits[i].misfit < largest
-                and all(abs(line[i] - one.places).max() > apart or fits[i].misfit < one.misfit for one in known)
+                fit for fit, is_low in zip(fits, lowest, strict=True)
+                if is_low and all(abs(fit.places - o.places).max() > apart or fit.misfit < o.misfit for o in known)
             ]  # fmt: skip
         return [fit.places for fit in sorted(found, key=lambda fit: fit.misfit)[:6]]
+
+
+def _apart(scanned: Iterable[Fit], others: Sequence[Vector], count: int) -> list[Vector]:
+    """Return the best places that are apart from each other and from some others."""
+    chosen = list[Vector]()
+    for fit in scanned:
+        away = min((float(abs(fit.places - other).max()) for other in [*others, *chosen]), default=1.0)
+        if len(chosen) < count and away > 0.05:
+            chosen.append(fit.places)
+    return chosen

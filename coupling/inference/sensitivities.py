@@ -1,8 +1,5 @@
-"""Derivatives of AR, TOF and traces by the parameters of the function that builds a run.
-
-The runs of a difference have the windows, steps and saved times of the run between them, so that they differ by the
-parameter alone.
-"""
+"""Derivatives of AR, TOF and traces by the parameters of the function that builds a run. The runs of a difference have
+the windows, steps and saved times of the run between them, so that they differ by the parameter alone."""
 
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
@@ -25,8 +22,8 @@ from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import readable
 
+# A function of parameters; it may have `units`, the SI units of these by name, for messages.
 Build: TypeAlias = Callable[..., CoSimulation]
-"""A function of parameters; it may have `units`, the SI units of these by name, for messages."""
 
 
 class Derivative(NamedTuple):
@@ -145,16 +142,14 @@ def differences(
     build: Build, values: Mapping[str, float], simulation: CoSimulation, plan: Plan, run: xr.Dataset, measure: Measure,
     jumps: bool,
 ) -> tuple[dict[str, Derivative], xr.Dataset]:  # fmt: skip
-    """Return the derivatives of a run by each parameter, and runs of which the first is the run itself.
-
-    jumps: whether it jumps with them, a little. Where the derivatives of both sides differ, as by rounding, a larger
-    step follows; contacts that open bend traces, so that the error grows with it. Losses begin at the first step after
-    a contact closes; a large difference contains many such jumps, and their mean.
-    """
+    """Return the derivatives of a run by each parameter, and runs of which the first is the run itself. jumps: whether
+    it jumps with them, a little, as losses that begin at the first step after a contact closes."""
     settings = {"window": plan.length, "dt": plan.length / simulation.chain.steps(plan.length)}
     until, beads = plan.interval * (plan.rows - 1), len(simulation.chain.chain.beads)
     kept, left = kept_at(run.bead.values.tolist(), beads), list(values)
     found, failures = dict[str, Derivative](), dict[str, str]()
+    # Where the derivatives of both sides differ, as by rounding, a larger step follows; contacts that open bend traces,
+    # so that the error grows with it. A large difference contains many jumps, and their mean.
     for step in (1e-2, 3e-3, 1e-3) if jumps else (1e-6, 1e-5, 1e-4, 1e-3, 1e-2):
         changes = [(name, part) for name in left for part in (step, -step)]
         rows = [{**values}, *({**values, name: values[name] * (1.0 + part)} for name, part in changes)]

@@ -29,14 +29,14 @@ from structures.caution import collected
 from structures.checks import count_of, function, instance, short
 from structures.units import NUMBER, factor, in_si
 
+# The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm".
 HEAD = re.compile("([^/=(]*)(?:=([^/(]*))?(?:[/(](.*))?")
-"""The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm"."""
 
-FAILED, MEASURED = "failed", "measured"
-"""Verdicts of a point without an answer, and of AR and TOF, which no model explains."""
-
-NONE = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}
-"""What a point without an answer has of each unknown."""
+FAILED, MEASURED = (
+    "failed",
+    "measured",
+)  # Verdicts of a point without an answer, and of AR and TOF, which have no model.
+NONE = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}  # Of each unknown, without an answer.
 
 
 class Grid(NamedTuple):
@@ -211,36 +211,36 @@ class Taps(Task):
 def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     """Return the answer of all taps of a point, with warnings: means weighted by the intervals of the taps.
 
-    Where their scatter exceeds what these allow (χ², 5 %), Student's interval of the plain mean takes their place.
+    Where taps scatter more than these allow (χ², 5 %), one factor makes the interval that of Student.
     """
-    first, count, findings = taps[0].assign_attrs(taps=len(taps)), len(taps), list[str]()
+    first, count = taps[0].assign_attrs(taps=len(taps)), len(taps)
     if count == 1:
-        return first, findings
+        return first, []
     value, low, high = (np.stack([tap[name].values for tap in taps]) for name in ("value", "low", "high"))
     weight = (2.0 * DEVIATIONS / np.maximum(high - low, 1e-12 * abs(value) + 1e-300)) ** 2
     mean = (weight * value).sum(axis=0) / weight.sum(axis=0)
-    half = DEVIATIONS / np.sqrt(weight.sum(axis=0))
-    apart = (weight * (value - mean) ** 2).sum(axis=0) > chi2.ppf(0.95, count - 1)
-    spread = student.ppf(0.975, count - 1) * value.std(axis=0, ddof=1) / np.sqrt(count)
-    mean, half = np.where(apart, value.mean(axis=0), mean), np.where(apart, spread, half)
-    verdict = list[str]()
-    for k, name in enumerate(first.unknown.values.tolist()):
-        # A point has the worst verdict of its taps.
-        column = [str(tap.verdict.values[k]) for tap in taps]
-        verdict.append(next((word for word in (FAILED, BLIND, AT_END) if word in column), column[0]))
-        if apart[k] and verdict[k] != NUISANCE:
-            part = 100.0 * value[:, k].std(ddof=1) / abs(mean[k])
-            findings.append(f"taps of {name}: scatter by {part:.2g} %, more than their intervals")
-    columns = {"value": mean, "low": mean - half, "high": mean + half, "verdict": verdict}
+    excess = (weight * (value - mean) ** 2).sum(axis=0)
+    apart = excess > chi2.ppf(0.95, count - 1)
+    scale = np.where(apart, student.ppf(0.975, count - 1) * np.sqrt(excess / (count - 1)), DEVIATIONS)
+    half = scale / np.sqrt(weight.sum(axis=0))
+    # A point has the worst verdict of its taps.
+    columns = np.stack([tap.verdict.values for tap in taps], axis=1).tolist()
+    verdict = [next((word for word in (FAILED, BLIND, AT_END) if word in column), column[0]) for column in columns]
+    findings = [
+        f"taps of {name}: scatter by {100.0 * value[:, k].std(ddof=1) / abs(mean[k]):.2g} %, more than their intervals"
+        for k, name in enumerate(first.unknown.values.tolist())
+        if apart[k] and verdict[k] != NUISANCE
+    ]
+    answer = {"value": mean, "low": mean - half, "high": mean + half, "verdict": verdict}
     misfit = float(np.sqrt(np.mean([tap.attrs.get("misfit", np.nan) ** 2 for tap in taps])))
-    return first.assign({n: ("unknown", column) for n, column in columns.items()}).assign_attrs(misfit=misfit), findings
+    return first.assign({n: ("unknown", column) for n, column in answer.items()}).assign_attrs(misfit=misfit), findings
 
 
 def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
     """Return AR and TOF of the primary wave at each sensor, whatever the point; their 95 % intervals are those of 60
     draws of noise, which scatter and shift them."""
-    sensors, rows = signal.sensor.values.tolist(), list[tuple[float, float]]()
-    for sensor in sensors:
+    rows = dict[str, tuple[Any, ...]]()
+    for sensor in signal.sensor.values.tolist():
         trace = signal.sensor_force.sel(sensor=sensor)
         force = np.asarray(trace.interpolate_na("time", fill_value="extrapolate").values, dtype=float)
         # Noise of low frequency remembers its last sample: m is the correlation from sample to sample, by which the
@@ -253,20 +253,16 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
         noise = size * lfilter([1.0], [1.0, -m], white, axis=-1)
         forces = ("draw", "time", "sensor"), (force + noise)[..., None]
         drawn = signal.sel(sensor=[sensor]).assign(sensor_force=forces)
-        for measure in (amplitude_ratio, time_of_flight):
+        for name, measure, unit in (("AR", amplitude_ratio, ("", 1.0)), ("TOF", time_of_flight, ("µs", 1e-6))):
             here = float(measure(signal, sensor))
-            rows.append((here, float(np.sqrt(np.nanmean((measure(drawn, sensor).values - here) ** 2)))))
-    value, scatter = np.array(rows).T
-    if np.isnan(value).all():
+            scatter = float(np.sqrt(np.nanmean((measure(drawn, sensor).values - here) ** 2)))
+            half = DEVIATIONS * np.hypot(scatter, NUMERICAL * abs(here))
+            verdict = FAILED if np.isnan(here) else MEASURED
+            rows[f"{name} at bead {sensor}"] = here, here - half, here + half, verdict, *unit
+    if all(row[3] == FAILED for row in rows.values()):
         raise ValueError("no reflected wave stands out of the noise")
-    half = DEVIATIONS * np.hypot(scatter, NUMERICAL * abs(value))
-    columns = {
-        "value": value, "low": value - half, "high": value + half,
-        "verdict": [FAILED if np.isnan(one) else MEASURED for one in value],
-        "unit": ["", "µs"] * len(sensors), "unit_size": [1.0, 1e-6] * len(sensors),
-    }  # fmt: skip
-    names = [f"{what} at bead {sensor}" for sensor in sensors for what in ("AR", "TOF")]
-    return xr.Dataset({name: ("unknown", column) for name, column in columns.items()}, {"unknown": names})
+    columns = zip((*NONE, "unit", "unit_size"), zip(*rows.values(), strict=True), strict=True)
+    return xr.Dataset({name: ("unknown", list(column)) for name, column in columns}, {"unknown": list(rows)})
 
 
 def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
@@ -278,15 +274,12 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
         outcomes = run_points(work, points, jobs, label="map")
     else:
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
-
-    answers, errors = dict[int, xr.Dataset](), dict[int, str]()
-    for k, outcome in enumerate(outcomes):
-        if isinstance(outcome, Failure):
-            errors[k] = outcome.message if outcome.kind == "ValueError" else str(outcome)
-        else:
-            answers[k] = outcome
+    failures = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, Failure)}
+    errors = {k: one.message if one.kind == "ValueError" else str(one) for k, one in failures.items()}
+    answers = {k: outcome for k, outcome in enumerate(outcomes) if not isinstance(outcome, Failure)}
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
+
     shown = dict[str, tuple[str, float]]()
     for answer in answers.values():
         columns = (answer[name].values.tolist() for name in ("unknown", "unit", "unit_size"))
@@ -302,13 +295,12 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
         data[name] = "point", [float(point[name]) for point in grid.points], place
     data["taps"] = "point", [int(answer.attrs.get("taps", 0)) for answer in every]
     data["misfit"] = "point", [float(answer.attrs.get("misfit", np.nan)) for answer in every]
-    data["files"] = "point", ["; ".join(Path(name).name for name in point["files"]) for point in grid.points]
+    data["files"] = "point", ["; ".join(name.name for name in names) for names in files]
     data["error"] = "point", [errors.get(k, "") for k in range(len(outcomes))]
     first = next(iter(answers.values()))
     data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
     said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}
-    failed = [f"failed: {where(data, k)}: {error}" for k, error in errors.items()]
-    findings = [*failed, *gathered(said, len(outcomes))]
+    findings = [f"failed: {where(data, k)}: {error}" for k, error in errors.items()] + gathered(said, len(outcomes))
     warn(findings)
     return with_warnings(data, findings)
 

@@ -1,7 +1,6 @@
 """Uncertainty budgets: what the uncertainties of parameters do to AR and TOF (JCGM 100:2008 and 101:2008)."""
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, sqrt
@@ -171,9 +170,8 @@ def uncertainty(
         said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
 
     # Draws of all parameters; or two runs for each of them, a standard uncertainty below and above its value.
-    size = len(inputs)
-    ends = np.kron(np.eye(size), [[-1.0], [1.0]])
-    moves = np.random.default_rng(seed).standard_normal((size, draws)).T if draws else ends
+    ends = np.kron(np.eye(len(inputs)), [[-1.0], [1.0]])
+    moves = np.random.default_rng(seed).standard_normal((len(inputs), draws)).T if draws else ends
     columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
 
     def measured(runs: xr.Dataset) -> xr.Dataset:
@@ -184,28 +182,25 @@ def uncertainty(
     if draws:
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, budget.warnings)]
         budget.samples.update({name: tables[name].values for name in names})
-    said += [
-        line for name in names if isfinite(value[name]) for line in _moved(budget, name, tables[name].values, draws)
-    ]
+    for name in names:
+        drawn = tables[name].values
+        there = drawn[np.isfinite(drawn)]
+        if not isfinite(value[name]):
+            continue
+        if there.size < drawn.size:
+            runs = "sampled runs" if draws else "runs at the ends of the uncertainties"
+            said.append(f"{name}: {drawn.size - there.size} of {drawn.size} {runs} failed, or have no such wave")
+        if draws and there.size > 1:
+            budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
+        moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
+        # Sampled runs may differ by 5 % and two standard errors; a smaller part of a measure is a numerical error.
+        limit = 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
+        if abs(moved - standard[name]) > limit * max(standard[name], 1e-4 * abs(value[name])):
+            both = [readable(size, units[name], 2) for size in (moved, standard[name])]
+            said.append(
+                f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
+                f"uncertainty {both[0]}, and the derivatives {both[1]}"
+            )
     warn(said)
     budget.warnings.extend(said)
     return budget
-
-
-def _moved(budget: Uncertainty, name: str, drawn: Vector, draws: int) -> Iterator[str]:
-    """Yield what runs over the uncertainties show of a measure, beside its derivatives. draws: how many were drawn."""
-    there = drawn[np.isfinite(drawn)]
-    if there.size < drawn.size:
-        runs = "sampled runs" if draws else "runs at the ends of the uncertainties"
-        yield f"{name}: {drawn.size - there.size} of {drawn.size} {runs} failed, or have no such wave"
-    if draws and there.size > 1:
-        budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
-    moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
-    # Sampled runs may differ by 5 % and two standard errors; a smaller part of a measure is a numerical error.
-    standard, limit = budget.standard[name], 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
-    if abs(moved - standard) > limit * max(standard, 1e-4 * abs(budget.value[name])):
-        both = [readable(size, budget.units[name], 2) for size in (moved, standard)]
-        yield (
-            f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
-            f"uncertainty {both[0]}, and the derivatives {both[1]}"
-        )
