@@ -13,6 +13,5 @@ for distance in (0.02, 0.04, 0.08, 0.16):
     ratios = [hl.amplitude_ratio(one, sensor=7) for one in (alone, run.isel(chain=0), run.isel(chain=1))]
     print(f"{distance * 1e3:.1f} mm apart: alone AR {ratios[0]:.3f}, together {ratios[1]:.3f} and {ratios[2]:.3f}")
 
-opens = hl.contact_events(run)
-first = opens.time[opens.kind == "opens"][0].item()
+first = float(run.time[(run.gap > 0.0).any("interface")][0])
 print(f"the first contact opens after {first * 1e6:.1f} µs; energy error {hl.energy_error(run):.0e}")

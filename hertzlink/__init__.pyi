@@ -20,7 +20,6 @@ from coupling.results.ar_and_tof import reflections as reflections
 from coupling.results.ar_and_tof import time_of_flight as time_of_flight
 from coupling.results.ar_and_tof import wave_speed as wave_speed
 from coupling.results.critical_distance import critical_distance as critical_distance
-from coupling.results.measures import contact_events as contact_events
 from coupling.results.measures import contact_time as contact_time
 from coupling.results.measures import energy_error as energy_error
 from coupling.results.measures import sensor_force as sensor_force

@@ -499,7 +499,6 @@ def _measures() -> dict[str, Target]:
         "time_of_flight": Target(hl.time_of_flight, {**at, "wave": "primary"}, None, of_run, infinite=True),
         "reflections": Target(hl.reflections, {**at, "smallest": 0.01}, None, of_run),
         "wave_speed": Target(hl.wave_speed, {"run": run, "first": 2, "second": 5}, None, of_run, infinite=True),
-        "contact_events": Target(hl.contact_events, {"run": run}, None, of_run, infinite=True),
         "contact_time": Target(hl.contact_time, {"run": run}, None, of_run, infinite=True),
         "energy_error": Target(hl.energy_error, {"run": run}, None, of_run, infinite=True),
         "sensor_force": Target(hl.sensor_force, at, None, of_run, infinite=True),

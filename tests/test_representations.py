@@ -32,7 +32,7 @@ def shown() -> dict[str, Any]:
         r"CoSimulation\(1 bead on nothing; .*\)": hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.3), None),
         r"<Kirchhoff plate, 0.2 × 0.15 m, 3 mm of aluminium 6061; .*>": plate,
         r"Wave\([\d.]+ N at [\d.]+ µs\)": waves.incident,
-        r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
+        r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs\)": waves.primary,
         r"NoWave\(which='primary', reason='the record is short'\)": NoWave("primary", "the record is short"),
     }
 

@@ -132,11 +132,11 @@ class Reading:
 
     def check_holds(self, names: Sequence[str], source: str = "a run") -> None:
         """Raise a ValueError where a variable is missing; source: what makes a Dataset with these variables."""
-        if missing := [name for name in names if name not in self.data.data_vars]:
-            what = "is a measured signal and " if self.is_signal else ""
+        if missing := " and ".join(name for name in names if name not in self.data.data_vars):
             if self.at_sensors:
-                raise ValueError(f"run: keeps sensors only, and holds no {' and '.join(missing)}; run it {ALL_KEPT}")
-            raise ValueError(f"run: {what}holds no {' and '.join(missing)}; must be the Dataset of {source}")
+                raise ValueError(f"run: keeps sensors only, and holds no {missing}; run it {ALL_KEPT}")
+            what = "is a measured signal and " if self.is_signal else ""
+            raise ValueError(f"run: {what}holds no {missing}; must be the Dataset of {source}")
 
     def check_every_contact(self) -> None:
         """Raise a ValueError where only the contacts of some sensors were kept."""
@@ -145,9 +145,8 @@ class Reading:
 
     def check_one_run(self, *names: str) -> None:
         """Raise a ValueError where variables have the axes of a sweep."""
-        for name in names:
-            if axes := axes_of(self.data[name]):
-                raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
+        for axes in filter(None, (axes_of(self.data[name]) for name in names)):
+            raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
 
     def check_one_chain(self, *names: str) -> None:
         """Raise a ValueError for a sweep, and for a run of several chains."""
@@ -156,8 +155,7 @@ class Reading:
             raise ValueError("run: has several chains; choose one chain with run.isel(chain=0)")
 
     def check_whole(self, *names: str) -> None:
-        """Raise a ValueError where some of several chains or structures were removed. names: "chain", "structure" or
-        both."""
+        """Raise a ValueError where some of several were removed. names: "chain", "structure" or both."""
         for name in names:
             column = f"interface_{name}"
             count = 1 + int(self.data[column].max()) if column in self.data.coords else 1

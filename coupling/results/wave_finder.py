@@ -1,4 +1,4 @@
-"""The waves that pass a bead, from the forces of a run or from a measured signal. `docs/theory.md` says what a wave is.
+"""The waves that pass a bead in a run. `docs/theory.md` says what a wave is.
 
 Of a run the forces and the velocity are known, so the direction is known too: F v is the power that flows towards the
 structure, and it is negative where a wave comes back. The power is averaged over the time that a wave takes from bead
@@ -13,13 +13,15 @@ References
 Nesterenko, Dynamics of Heterogeneous Materials (Springer 2001), section 1.3: the speed of a solitary wave.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy
+import xarray as xr
 from numpy.typing import NDArray
 
+from coupling.results.reading import Reading
 from structures.structure import Vector
 
 # The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later.
@@ -41,66 +43,67 @@ ANOTHER = "; a small change may give another AR and TOF"
 
 NEAR = 4  # Samples on either side of a peak through which a cubic spline places it.
 
-Peak = tuple[float, float]
 Window = tuple[int, int]
 
 
-class Traces(NamedTuple):
-    """What shows the waves over a bead of one run or many, runs × times; forces above the preload.
-
-    above, below, wall: forces of the bead's two contacts and of that on the structure, N. velocity: of the bead, m/s.
-    preload: of each run at the bead, N. sensor: the bead's number; hops: of each run, contacts from it to the
-    structure. yields: whether contacts yield.
-    """
-
-    above: Vector
-    below: Vector
-    wall: Vector
-    velocity: Vector
-    preload: Vector
-    sensor: int
-    hops: NDArray[np.int64]
-    yields: bool
-
-
-class Waves(NamedTuple):
-    """The waves of each run, the incident one first: amplitude, N, and arrival, s, runs × waves, NaN where there is
-    none; found, hops: of each run."""
-
-    amplitude: Vector
-    arrival: Vector
-    found: list["Found"]
-    hops: NDArray[np.int64]
-
-
 class Found(NamedTuple):
-    """The waves over a bead in one run, as samples of its force's peaks: the incident one first.
+    """The waves over a bead in one run, as samples of the peaks of its force (N, above the preload): the incident one
+    first.
 
-    notes: why the AR and TOF of each may mislead, empty where they do not. travel: time of the incident wave
-    from the bead to the structure, s; leaves: when the push on the structure ends, s, NaN where nothing pushes it; cut:
-    whether the record ends within a wave that comes back.
+    hops: contacts from the bead to the structure; travel: time of the incident wave over them, s; leaves: when the push
+    on the structure ends, s, NaN where nothing pushes it. notes: why the AR and TOF of each wave may mislead, empty
+    where they do not; cut: whether the record ends within a wave that comes back.
     """
 
-    samples: list[int]
-    notes: list[str]
-    travel: float = np.nan
+    force: Vector
+    hops: int
+    travel: float
     leaves: float = np.nan
+    samples: Sequence[int] = ()
+    notes: Sequence[str] = ()
     cut: bool = False
 
 
-def find_waves(time: Vector, traces: Traces, smallest: float, most: int) -> Waves:
-    """Return the first `most` waves over a bead in all runs. `reflections` says what a wave is.
+def find_waves(
+    reading: Reading, sensor: int, smallest: float, most: int, name: str = "sensor"
+) -> tuple[Vector, list[Found], xr.DataArray | None]:
+    """Return the first `most` waves over a bead of a run, a sweep or a batch: runs × waves × (amplitude, N, and
+    arrival, s), NaN where there is none; what is found in each run; and a variable over the axes, None for one run.
 
-    time: the same for all runs, s. smallest: in units of the incident amplitude.
+    smallest: in units of the incident amplitude. name: the user's, of the sensor.
     """
-    found = [waves_over_bead(Flow(time, traces, run), smallest) for run in range(len(traces.wall))]
-    places = [(run, k, one.samples[k]) for run, one in enumerate(found) for k in range(min(most, len(one.samples)))]
-    amplitude, arrival = np.full((2, len(found), most), np.nan)
-    if places:
-        runs, waves, samples = np.array(places).T
-        force = 0.5 * (traces.above + traces.below)
-        amplitude[runs, waves], arrival[runs, waves] = placed(time, force, runs, samples)
-    return Waves(amplitude, arrival, found, traces.hops)
+    number = reading.checked_sensor(sensor, name)
+    reading.check_holds(("contact_force", "velocity"))
+    data, time, kept = reading.data, reading.time, reading.data.bead.values.tolist()
+    if number not in kept:
+        raise ValueError(f"{name} = {sensor!r}: must be a bead that was kept: {', '.join(map(str, kept))}")
+    axes = [str(axis) for axis in data.contact_force.dims if axis not in ("time", "contact")]
+    template = data.contact_force.isel(time=0, contact=0).reset_coords(drop=True).transpose(*axes) if axes else None
+
+    def of_runs(variable: str, *own: str) -> Vector:
+        """Return a variable as runs × its own dimensions, repeated where it is the same in several runs."""
+        sizes = {axis: data.sizes[axis] for axis in (*axes, *own)}
+        values = data[variable].variable.set_dims(sizes).values  # type: ignore[no-untyped-call]
+        return np.asarray(values.reshape(-1, *(data.sizes[axis] for axis in own)))
+
+    forces, statics = of_runs("contact_force", "time", "contact"), of_runs("static_force", "contact")
+    velocities = of_runs("velocity", "time", "bead")[:, :, kept.index(number)]
+    place = int(np.flatnonzero(data.contact.values == number)[0])
+    earliest = EARLIEST_OVER_DENTS if data.attrs.get("yielding", 0) else EARLIEST
+    found = []
+    for force, static, velocity in zip(forces, statics, velocities, strict=True):
+        # Shorter chains are padded with NaN, which a run that failed has everywhere.
+        last = int(np.flatnonzero(np.isfinite(static)).max(initial=0)) or static.size - 1
+        above, below, wall = (force[:, k] - static[k] for k in (place, place + 1, last))
+        flow = Flow(time, 0.5 * (above + below), wall, velocity, number, int(data.contact.values[last]) - number)
+        found.append(flow.waves(smallest, 0.5 * (static[place] + static[place + 1]), earliest))
+
+    peaks = np.full((len(found), most, 2), np.nan)
+    if places := [(run, k) for run, one in enumerate(found) for k in range(min(most, len(one.samples)))]:
+        runs, waves = np.array(places).T
+        samples = np.array([found[run].samples[k] for run, k in places])
+        peaks[runs, waves] = placed(time, [found[run].force for run in runs], samples)
+    return peaks, found, template
 
 
 class Flow:
@@ -111,115 +114,119 @@ class Flow:
     hops. leaves: when the push on the structure ends, s.
     """
 
-    def __init__(self, time: Vector, traces: Traces, run: int) -> None:
-        above, below, wall, velocity, preload = (part[run] for part in traces[:5])
-        self.time, self.force, self.preload, self.hops = time, 0.5 * (above + below), preload, int(traces.hops[run])
-        self.top, push = float(self.force.max(initial=0.0)), wall.max(initial=0.0)
+    def __init__(self, time: Vector, force: Vector, wall: Vector, velocity: Vector, sensor: int, hops: int) -> None:
+        self.time, self.force, self.hops = time, force, hops
+        self.top, push = float(force.max(initial=0.0)), wall.max(initial=0.0)
         self.pushed = bool(push > FIRST_WAVE**2 * self.top)
         self.there = int((wall > FRONT * push).argmax()) if self.pushed else time.size - 1
-        self.first = int((self.force > FRONT * self.force[: self.there + 1].max()).argmax())
+        self.first = int((force > FRONT * force[: self.there + 1].max()).argmax())
         # Before the wave has reached the structure its speed so far tells when it will.
-        travel = time[self.there] - time[self.first] if self.pushed else time[self.first] * self.hops / traces.sensor
-        self.travel = float(travel)
-        self.width = max(1, int(np.rint(self.travel / max(self.hops, 1) / (time[1] - time[0]))))
-        self.power = self.force * velocity
+        self.travel = float(time[self.there] - time[self.first] if self.pushed else time[self.first] * hops / sensor)
+        self.width = max(1, int(np.rint(self.travel / max(hops, 1) / (time[1] - time[0]))))
+        self.power = force * velocity
         self.towards, self.back = (averaged(np.maximum(sign * self.power, 0.0), self.width) for sign in (1.0, -1.0))
         ended = (wall <= FIRST_WAVE**2 * push) & (np.arange(time.size) >= self.there)
         self.leaves = float(time[ended.argmax() if ended.any() else -1])
-        self.earliest = EARLIEST_OVER_DENTS if traces.yields else EARLIEST
-        self.peaks, self.peaks_towards, self.peaks_back = map(tops, (self.force, self.towards, self.back))
+        self.peaks, self.peaks_towards, self.peaks_back = map(tops, (force, self.towards, self.back))
 
+    def waves(self, smallest: float, preload: float, earliest: float) -> Found:
+        """Return the incident wave, and those that come back from the structure.
 
-def waves_over_bead(flow: Flow, smallest: float) -> Found:
-    """Return the incident wave over a bead in one run, and those that come back from the structure."""
-    force, towards, back, there, width = flow.force, flow.towards, flow.back, flow.there, flow.width
-    if not flow.top > 0.0:
-        return Found([], [])
-    greatest = float(towards[: there + 1].max())
-    begin, end = next(pulses(towards, flow.peaks_towards, FIRST_WAVE * greatest), (0, 0))
-    # It is over at the bead soon after the structure has felt it.
-    end = min(end, there + width)
-    # Heavier beads ahead may turn back a part before all has passed: from there on the force is not its own.
-    own = flow.peaks[flow.peaks > begin]
-    own = own[(force[own] >= 0.0) & (towards[own] > back[own])]
-    if own.size:
-        near = slice(own[0], max(end, own[0]) + width)
-        turned = back[near] > towards[near]
-        own = own[own < (near.start + turned.argmax() if turned.any() else near.stop)]
-    incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
-    if not (flow.pushed and flow.travel > 0.0 and force[incident] >= FIRST_WAVE * flow.top):
-        return Found([incident] if 0 < incident < force.size - 1 else [], [""], flow.travel)
-    waves, notes, cut = waves_that_return(flow, incident, (begin, end), smallest, greatest)
-    # Nearer to the structure each incident wave meets its own reflection.
-    halfway = there + flow.hops * width // 2
-    if len(waves) > 1 and flow.hops > WAVE_LENGTH and towards[flow.first : halfway].min() > TAIL * greatest:
-        notes[1] = (
-            "is met by a push that goes on, of the drive or of a heavy striker: forces add up, and AR is no ratio of "
-            "two waves; push for a shorter time or take a bead farther from the structure"
-        )
-    return Found(waves, notes, flow.travel, flow.leaves, cut)
-
-
-def waves_that_return(
-    flow: Flow, incident: int, window: Window, smallest: float, greatest: float
-) -> tuple[list[int], list[str], bool]:
-    """Return the samples and notes of the incident wave and of those that come back, and whether the record ends within
-    one. incident, window, greatest: where the incident wave has its peak, begins and ends, and its power, W."""
-    time, force, power, there = flow.time, flow.force, flow.back, flow.there
-    passed = flow.power[: window[1] + 1].clip(0.0).cumsum()
-    start, stop = time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]
-    lasts = float(stop - start)
-    amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
-    last, cut = -np.inf, False
-    least = smallest * amplitude
-    peaks = flow.peaks[force[flow.peaks] >= least]
-    # The record may end before or soon after a peak.
-    if force[-1] > force[-2] and force[-1] >= least:
-        peaks = np.append(peaks, force.size - 1)
-    # The power of a wave grows as the force times the velocity, which is as F^(5/6).
-    for begin, end in pulses(power, flow.peaks_back, smallest ** (11.0 / 6.0) * greatest):
-        if end <= incident + 2:
-            continue
-        begin = max(begin, incident + 1)
-        own = [peak for peak in peaks[(begin <= peaks) & (peaks <= end)].tolist() if prominence(force, peak) >= least]
-        if not own:
-            continue
-        sample, highest = max(own, key=force.__getitem__), begin + int(power[begin : end + 1].argmax())
-        part = float(force[sample]) / amplitude
-        weaker = (flow.preload + part * amplitude) / (flow.preload + amplitude)
-        arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
-        relative = float(time[arrives] - time[there] + flow.travel / flow.hops) / (flow.travel * weaker ** (-1.0 / 6.0))
-        ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
-        # What follows the primary wave may have run in its wake, faster than by its own strength.
-        if len(samples) == 1 and relative < flow.earliest:
-            if not ends_open and relative > (1.0 - DOUBTFUL) * flow.earliest:
-                notes[0] = (
-                    f"a pulse at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, comes only just too early to be the "
-                    f"reflected wave{ANOTHER}"
-                )
-            continue
-        cut = cut or own[-1] == force.size - 1
-        if sample == force.size - 1:
-            continue
-        part = max(part, float(force[samples[-1]]) / amplitude)
-        if len(samples) > 1 and time[sample] - last < lasts * part ** (-1.0 / 6.0):
-            # Beads that rattle, or have drifted apart, pass one wave on as several pushes; the greatest one counts.
-            samples[-1] = max(samples[-1], sample, key=force.__getitem__)
-            windows[-1] = windows[-1][0], end
-        else:
-            early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * flow.earliest
-            notes.append(f"is only just late enough to come from the structure{ANOTHER}" if early else "")
-            samples.append(sample)
-            windows.append((begin, end))
-        last = float(time[sample])
-    for place, (begin, end) in enumerate(windows):
-        inside = flow.peaks[(begin < flow.peaks) & (flow.peaks < end)]
-        high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[samples[place]]]]
-        if high.size > 1:
-            notes[place] = (
-                f"has peaks of nearly the same height, {1e6 * float(high[-1] - high[0]):.3g} µs apart{ANOTHER}"
+        preload: at the bead, N; earliest: the part of the time by F^(−1/6) before which nothing is back.
+        """
+        force, towards, back, there, width = self.force, self.towards, self.back, self.there, self.width
+        found = Found(force, self.hops, self.travel)
+        if not self.top > 0.0:
+            return found
+        greatest = float(towards[: there + 1].max())
+        begin, end = next(pulses(towards, self.peaks_towards, FIRST_WAVE * greatest), (0, 0))
+        # It is over at the bead soon after the structure has felt it.
+        end = min(end, there + width)
+        # Heavier beads ahead may turn back a part before all has passed: from there on the force is not its own.
+        own = self.peaks[self.peaks > begin]
+        own = own[(force[own] >= 0.0) & (towards[own] > back[own])]
+        if own.size:
+            near = slice(own[0], max(end, own[0]) + width)
+            turned = back[near] > towards[near]
+            own = own[own < (near.start + turned.argmax() if turned.any() else near.stop)]
+        incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
+        if not (self.pushed and self.travel > 0.0 and force[incident] >= FIRST_WAVE * self.top):
+            return found._replace(samples=[incident], notes=[""]) if 0 < incident < force.size - 1 else found
+        waves, notes, cut = self.that_return(incident, (begin, end), smallest, greatest, preload, earliest)
+        # Nearer to the structure each incident wave meets its own reflection.
+        halfway = there + self.hops * width // 2
+        if len(waves) > 1 and self.hops > WAVE_LENGTH and towards[self.first : halfway].min() > TAIL * greatest:
+            notes[1] = (
+                "is met by a push that goes on, of the drive or of a heavy striker: forces add up, and AR is no ratio "
+                "of two waves; push for a shorter time or take a bead farther from the structure"
             )
-    return samples, notes, cut
+        return found._replace(samples=waves, notes=notes, leaves=self.leaves, cut=cut)
+
+    def that_return(
+        self, incident: int, window: Window, smallest: float, greatest: float, preload: float, earliest: float
+    ) -> tuple[list[int], list[str], bool]:
+        """Return the samples and notes of the incident wave and of those that come back, and whether the record ends
+        within one. incident, window, greatest: where the incident wave has its peak, begins and ends, and its power, W.
+        """
+        time, force, power, there = self.time, self.force, self.back, self.there
+        passed = self.power[: window[1] + 1].clip(0.0).cumsum()
+        start, stop = time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]
+        lasts = float(stop - start)
+        amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
+        last, cut = -np.inf, False
+        least = smallest * amplitude
+        peaks = self.peaks[force[self.peaks] >= least]
+        # The record may end before or soon after a peak.
+        if force[-1] > force[-2] and force[-1] >= least:
+            peaks = np.append(peaks, force.size - 1)
+        # The power of a wave grows as the force times the velocity, which is as F^(5/6).
+        for begin, end in pulses(power, self.peaks_back, smallest ** (11.0 / 6.0) * greatest):
+            if end <= incident + 2:
+                continue
+            begin = max(begin, incident + 1)
+            own = [
+                peak for peak in peaks[(begin <= peaks) & (peaks <= end)].tolist() if prominence(force, peak) >= least
+            ]
+            if not own:
+                continue
+            sample, highest = max(own, key=force.__getitem__), begin + int(power[begin : end + 1].argmax())
+            part = float(force[sample]) / amplitude
+            weaker = (preload + part * amplitude) / (preload + amplitude)
+            arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
+            relative = float(time[arrives] - time[there] + self.travel / self.hops) / (
+                self.travel * weaker ** (-1.0 / 6.0)
+            )
+            ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
+            # What follows the primary wave may have run in its wake, faster than by its own strength.
+            if len(samples) == 1 and relative < earliest:
+                if not ends_open and relative > (1.0 - DOUBTFUL) * earliest:
+                    notes[0] = (
+                        f"a pulse at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, comes only just too early to be the "
+                        f"reflected wave{ANOTHER}"
+                    )
+                continue
+            cut = cut or own[-1] == force.size - 1
+            if sample == force.size - 1:
+                continue
+            part = max(part, float(force[samples[-1]]) / amplitude)
+            if len(samples) > 1 and time[sample] - last < lasts * part ** (-1.0 / 6.0):
+                # Beads that rattle, or have drifted apart, pass one wave on as several pushes; the greatest one counts.
+                samples[-1] = max(samples[-1], sample, key=force.__getitem__)
+                windows[-1] = windows[-1][0], end
+            else:
+                early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * earliest
+                notes.append(f"is only just late enough to come from the structure{ANOTHER}" if early else "")
+                samples.append(sample)
+                windows.append((begin, end))
+            last = float(time[sample])
+        for place, (begin, end) in enumerate(windows):
+            inside = self.peaks[(begin < self.peaks) & (self.peaks < end)]
+            high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[samples[place]]]]
+            if high.size > 1:
+                notes[place] = (
+                    f"has peaks of nearly the same height, {1e6 * float(high[-1] - high[0]):.3g} µs apart{ANOTHER}"
+                )
+        return samples, notes, cut
 
 
 def averaged(values: Vector, width: int) -> Vector:
@@ -261,12 +268,12 @@ def pulses(power: Vector, peaks: NDArray[np.intp], least: float) -> Iterator[Win
         before = last
 
 
-def placed(time: Vector, force: Vector, rows: NDArray[np.intp], samples: NDArray[np.intp]) -> tuple[Vector, Vector]:
-    """Return the height of peaks, given by row of the force and sample, and their times, s, by cubic splines through
-    the samples around each; saved times are equidistant."""
+def placed(time: Vector, forces: Sequence[Vector], samples: NDArray[np.intp]) -> Vector:
+    """Return the height of peaks (a force and a sample of each), and their times, s, by cubic splines through the
+    samples around each: peaks × 2; saved times are equidistant."""
     count, step = min(2 * NEAR + 1, time.size), time[1] - time[0]
     begins = np.clip(samples - count // 2, 0, time.size - count)
-    near = force[rows[:, None], begins[:, None] + np.arange(count)]
+    near = np.array([force[begin : begin + count] for force, begin in zip(forces, begins, strict=True)])
     spline = scipy.interpolate.CubicSpline(np.arange(count), near, axis=1)
     # Within a sample of the peak, the greatest of the spline's stationary points.
     c, b, slope, value = spline.c  # each: intervals x peaks
@@ -282,4 +289,5 @@ def placed(time: Vector, force: Vector, rows: NDArray[np.intp], samples: NDArray
     best, each = flat.argmax(axis=0), np.arange(samples.size)
     top, where = flat[best, each], (knots + places).reshape(-1, samples.size)[best, each]
     found = np.isfinite(top) & np.isfinite(where)
-    return np.where(found, top, force[rows, samples]), time[begins] + step * np.where(found, where, at)
+    heights = np.where(found, top, near[each, at])
+    return np.stack([heights, time[begins] + step * np.where(found, where, at)], axis=-1)

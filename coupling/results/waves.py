@@ -44,22 +44,18 @@ class ReflectedWave(Wave):
         AR, its amplitude over that of the incident wave.
     time_of_flight : float
         TOF, its arrival less that of the incident wave, s.
-    begins : str
-        "structure"; "unknown" for a signal.
     margins : (float, float), optional
         Numerical errors of AR and of TOF, s, where the run holds them (`NumericalError.noted_in`).
     """
 
     amplitude_ratio: float
     time_of_flight: float
-    begins: str = "unknown"
     margins: tuple[float, float] | None = None
 
     def in_words(self) -> str:
         """Return the wave as a line of text."""
         ratio, flight = self.texts
-        begins = "" if self.begins == "unknown" else f", begins at the {self.begins}"
-        return f"{super().in_words()}, AR = {ratio}, TOF = {flight} µs{begins}"
+        return f"{super().in_words()}, AR = {ratio}, TOF = {flight} µs"
 
     @property
     def texts(self) -> tuple[str, str]:
@@ -78,7 +74,7 @@ class NoWaveError(ValueError, AttributeError):
 class NoWave:
     """The object in place of a missing wave. It is false: `if waves.secondary:` asks whether there is a wave.
 
-    Its amplitude, arrival, amplitude_ratio, time_of_flight and begins raise a NoWaveError with the reason.
+    Its amplitude, arrival, amplitude_ratio and time_of_flight raise a NoWaveError with the reason.
 
     Parameters
     ----------

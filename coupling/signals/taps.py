@@ -7,7 +7,7 @@ import xarray as xr
 
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps, resolution
-from coupling.results.signal_waves import waves_back
+from coupling.results.signal_waves import SignalWaves
 from coupling.signals.conditioning import checked_signal, with_noise
 from coupling.signals.signals import as_signal
 from structures.caution import caution
@@ -62,7 +62,7 @@ def average_taps(signals: Sequence[xr.Dataset], sensor: int | None = None) -> xr
             raise ValueError(f"signals[{k}]: has sensors {tap.sensor.values.tolist()}, must have {numbers}")
         if abs(own - step) > 1e-3 * step:
             raise ValueError(f"signals[{k}]: has a sample every {own:.4g} s, must be {step:.4g} s")
-        waves = waves_back(np.asarray(tap.time.values), np.asarray(Reading(tap).measured(chosen).values), 0.5)
+        waves = SignalWaves(tap.time.values, np.asarray(Reading(tap).measured(chosen).values), 0.5).peaks
         if not waves:
             raise ValueError(f"signals[{k}]: sensor {chosen} recorded no wave; leave this tap out")
         peaks.append(waves[0])

@@ -115,12 +115,10 @@ def wave_cells(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, tuple[str, 
         if isinstance(wave, NoWave):
             yield name, ("", "", "", "", f"none; {wave.reason}")
             continue
-        texts, remarks = ("", ""), list[str]()
+        texts, remark = ("", ""), ""
         if isinstance(wave, ReflectedWave):
-            texts = wave.texts
-            remarks += [f"begins at the {wave.begins}"] * (wave.begins != "unknown")
-            remarks += [ABOVE_ONE] * (wave.amplitude_ratio > 1.0)
-        yield name, (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *texts, "; ".join(remarks))
+            texts, remark = wave.texts, ABOVE_ONE if wave.amplitude_ratio > 1.0 else ""
+        yield name, (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *texts, remark)
 
 
 def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:

@@ -13,7 +13,7 @@ from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, BEAD, 0.4)
-FIELDS = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight", "begins")
+FIELDS = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")
 
 
 @pytest.fixture(scope="module")

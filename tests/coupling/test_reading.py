@@ -91,10 +91,6 @@ def signal() -> xr.Dataset:
         (lambda: hl.reflections(RUN(), 2, smallest=-1.0), r"smallest = -1\.0"),
         (lambda: hl.reflections(sweep(), 2), "run: holds several over speed"),
         *((lambda sensor=sensor: hl.reflections(RUN(), sensor), f"sensor = {sensor}") for sensor in (0, -1, 4, 1.5)),
-        (lambda: hl.contact_events(3), "run = 3: must be the Dataset of a run"),
-        (lambda: hl.contact_events(RUN().drop_vars("contact_force")), "holds no contact_force; must be the Dataset of"),
-        (lambda: hl.contact_events(RUN().drop_vars("gap")), "run: holds no gap; must be the Dataset of CoSimulation"),
-        (lambda: hl.contact_events(sweep()), r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
     ],
 )
 def test_what_cannot_be_read_is_named(call: Callable[[], object], message: str) -> None:
