@@ -71,7 +71,7 @@ def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[f
     usable = np.flatnonzero(~np.isnan(curve[:-1]))
     if usable.size == 0:
         return nan, nan, nan
-    level, x, y = far_value(curve), distances[usable], curve[usable]
+    level, x, y = float(curve[-1]), distances[usable], curve[usable]
     outside = np.flatnonzero(np.abs(y - np.nan_to_num(level)) > tolerance)
     if np.isnan(level):
         return nan, float(x[outside[-1]]) if outside.size else 0.0, inf
@@ -87,8 +87,3 @@ def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[f
 def crossed_level(outside: float, far: float, tolerance: float) -> float:
     """Return the edge of the band far ± tolerance on the side of a sample outside it."""
     return far + float(np.copysign(tolerance, outside - far))
-
-
-def far_value(curve: Vector) -> float:
-    """Return AR at the greatest distance; NaN where no wave is back from there."""
-    return float(curve[-1])

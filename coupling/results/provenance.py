@@ -3,7 +3,7 @@
 import json
 import platform
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
@@ -36,41 +36,37 @@ def as_text(inputs: Mapping[str, Any]) -> str:
 
 def folded(data: Any) -> Any:
     """Return the plain data in which equal neighbours among the beads of a chain stand once, with their count."""
-
-    def rows(beads: list[Any]) -> list[Any]:
+    if not isinstance(data, Mapping):
+        return [folded(value) for value in data] if isinstance(data, list | tuple) else data
+    table = {
+        name: value if name == "beads" and isinstance(value, list) else folded(value) for name, value in data.items()
+    }
+    if isinstance(beads := table.get("beads"), list):
         # By their text: numbers that are equal may differ in sign or type.
         texts = {number: repr(bead) for number, bead in {id(bead): bead for bead in beads}.items()}
         groups = [list(many) for _, many in groupby(beads, lambda bead: texts[id(bead)])]
-        return [group[0] if len(group) == 1 else {"count": len(group), "bead": group[0]} for group in groups]
-
-    return _with_beads(data, rows)
+        table["beads"] = [many[0] if len(many) == 1 else {"count": len(many), "bead": many[0]} for many in groups]
+    return table
 
 
 def stored(text: object) -> dict[str, Any]:
     """Return input or versions from the text that a Dataset holds, each bead by itself; empty where it is nothing that
     `as_text` wrote."""
 
-    def beads(rows: list[Any]) -> list[Any]:
-        counts = [row["count"] if isinstance(row, Mapping) and row.keys() == {"count", "bead"} else 1 for row in rows]
-        if not all(isinstance(count, int) for count in counts) or sum(counts) > MOST_BEADS:
-            raise ValueError(f"beads: must be at most {MOST_BEADS}")
-        return [bead for row, n in zip(rows, counts, strict=True) for bead in ([row["bead"]] * n if n > 1 else [row])]
+    def unfolded(table: dict[str, Any]) -> dict[str, Any]:
+        if isinstance(beads := table.get("beads"), list):
+            counted = [isinstance(one, dict) and one.keys() == {"count", "bead"} for one in beads]
+            rows = [(one["bead"], one["count"]) if many else (one, 1) for one, many in zip(beads, counted, strict=True)]
+            if sum(count for _, count in rows) > MOST_BEADS:
+                raise ValueError(f"beads: must be at most {MOST_BEADS}")
+            table["beads"] = [bead for bead, count in rows for _ in range(count)]
+        return table
 
     try:
-        data = _with_beads(text if isinstance(text, Mapping) else json.loads(text), beads)  # type: ignore[arg-type]
+        data = text if isinstance(text, dict) else json.loads(text, object_hook=unfolded)  # type: ignore[arg-type]
     except (TypeError, ValueError, RecursionError):
         return {}
     return data if isinstance(data, dict) else {}
-
-
-def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
-    """Return plain data in which each list of beads is changed."""
-    if isinstance(data, Mapping):
-        return {
-            name: change(value) if name == "beads" and isinstance(value, list) else _with_beads(value, change)
-            for name, value in data.items()
-        }
-    return [_with_beads(value, change) for value in data] if isinstance(data, list | tuple) else data
 
 
 def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:

@@ -128,25 +128,17 @@ def measures(time: Vector, values: Vector, mains: float | None = None) -> Measur
     else:
         off = np.abs(filled - np.median(filled))
         lead = int((off > 0.5 * off.max()).argmax()) // 2
-    level = float(np.median(filled[:lead] if lead else filled))
-    return Measures(filled, step, noise, lead, level, *clipped_samples(time, values, level, step, noise))
+    quiet = float(np.median(filled[:lead] if lead else filled))
 
-
-def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:
-    """Return which samples are clipped or NaN already, and a sentence on each level.
-
-    step, noise: of the digitiser, and the standard deviation; what lies within eight or four of them is near a level.
-    """
-    clipped, texts = ~np.isfinite(force), []
+    clipped, said = ~np.isfinite(values), list[str]()
     if clipped.any():
-        texts.append(
+        said.append(
             f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} missing or beyond the scope's range, and NaN"
         )
-    unclipped = np.where(clipped, quiet, force)
+    unclipped, depth = np.where(clipped, quiet, values), max(8.0 * step, 4.0 * noise)
     for level in (float(unclipped.max()), float(unclipped.min())):
         if abs(level - quiet) < 0.1 * np.ptp(unclipped):
             continue
-        depth = max(8.0 * step, 4.0 * noise)
         on, near = unclipped == level, np.abs(unclipped - level) <= depth
         here = np.zeros(unclipped.size, dtype=bool)
         for (piece,) in scipy.ndimage.find_objects(scipy.ndimage.label(near)[0]):
@@ -154,12 +146,12 @@ def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, nois
                 here[piece] = on[piece]
         if here.any():
             span = time[here]
-            texts.append(
+            said.append(
                 f"{count_of(int(here.sum()), 'sample is', 'samples are')} clipped at {level - quiet:.4g} N, from "
                 f"{1e6 * span[0]:.4g} to {1e6 * span[-1]:.4g} µs; it is NaN there, and the peak's height is unknown"
             )
             clipped = clipped | here
-    return clipped, texts
+    return Measures(filled, step, noise, lead, quiet, clipped, said)
 
 
 def _sigma(noise: float, target: float, samples: int) -> float:

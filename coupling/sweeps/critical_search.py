@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
-from coupling.results.critical_distance import FEWEST, LABEL, crossed_level, far_value, last_crossing
+from coupling.results.critical_distance import FEWEST, LABEL, crossed_level, last_crossing
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Task, run_points, shown
@@ -180,7 +180,7 @@ class _Search:
             return [round(0.5 * (low + high), 9)]
         distances, ratios = as_arrays(self.curve)
         outside = self.curve[low].amplitude_ratio.item()
-        level = crossed_level(outside, far_value(ratios), self.tolerance)
+        level = crossed_level(outside, float(ratios[-1]), self.tolerance)
         valid = ~np.isnan(ratios)
         x, y = distances[valid], ratios[valid]
         near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
@@ -218,7 +218,7 @@ def _crossings(
     """Return the crossings of all curves for all tolerances."""
     shape, over, metres = tuple(map(len, values.values())), [*values, "within"], {"units": "m"}
     found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
-    far = np.reshape([far_value(as_arrays(curve)[1]) for curve in curves], shape)
+    far = np.reshape([as_arrays(curve)[1][-1] for curve in curves], shape)
     bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
     variables: dict[str, Any] = {
         "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
