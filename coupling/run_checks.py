@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames, Motion, motion_of
+from coupling.recording.frames import Frames, Motion
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
-from coupling.results.missing_waves import RECORD, end_of_push, short_record
+from coupling.results.missing_waves import PUSH, short_record
 from coupling.structure_checks import check_structures
 from coupling.yield_check import yields
 from particles.contacts import cautions
@@ -82,11 +82,13 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
 
     A contact law warned of its own limits when it was made; here they are findings only.
     """
-    chains, of_chains = interface.chains, frames.chains
-    motions = [motion_of(chain, part) for chain, part in zip(chains, of_chains, strict=True)]
+    chains, of_chains, motions = interface.chains, frames.chains, list[Motion]()
     laws, found, times = list[str](), list[str](), interval * np.arange(frames.rows, dtype=float)
-    for chain, motion in zip(chains, motions, strict=True):
-        remarks, deep = cautions(chain.pairs, chain.groups, motion.deepest)
+    for chain, part in zip(chains, of_chains, strict=True):
+        deepest = part.deepest.copy()
+        deepest[-1] -= chain.flexibility * part.force[:, -1].max()
+        motions.append(Motion(part.force.T, deepest))
+        remarks, deep = cautions(chain.pairs, chain.groups, deepest)
         laws += remarks
         found += deep
     found += _of_energy(interface, frames)
@@ -159,9 +161,13 @@ def _of_record(chain: MovingChain, motion: Motion, times: Vector, where: str) ->
     # The wave is at mid chain when half of the way is behind it; before that, by theory.
     reached = began * last / middle if passed and begin else chain.transit_time
     push = motion.force[last] - chain.static_force[-1]
-    leaves = end_of_push(times, push, 0.05 * top, reached + 3.0 * reached / last)
+    greatest, leaves = float(push.max(initial=0.0)), reached + PUSH * reached / last
+    if greatest > 0.0 and greatest >= 0.05 * top:
+        touches = int((push > SILENT * greatest).argmax())
+        over = np.flatnonzero(push[touches:] <= SILENT * greatest)
+        leaves = float(times[touches + over[0]] if over.size else times[-1])
     slower = SMALLEST_WAVE ** (-1.0 / 6.0)
     if times[-1] >= leaves + slower * (reached - began if passed else 0.5 * reached):
         return []
     needed = leaves + slower * reached
-    return [f"record: {short_record(float(times[-1]), needed, where).removeprefix(RECORD)}"]
+    return [f"record: {short_record(float(times[-1]), where, needed)}"]

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from math import ceil
 from numbers import Real
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -37,10 +38,6 @@ error: the most that was seen on plates, half-planes and rods of 2 to 5 mm (docs
 EXCEEDED = 2.0  # estimated error of a reduction over its tolerance that is warned of; about twice the error
 
 
-Doubt = tuple[str, float, str]
-"""The kind of a doubt, its degree (to find the worst contact), and its words."""
-
-
 def check_structures(
     interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float
 ) -> Iterator[str]:
@@ -48,17 +45,15 @@ def check_structures(
 
     motions: of the chains; highest: the greatest displacement of each surface, m.
     """
-    worst = dict[str, Doubt]()
+    worst = dict[str, tuple[float, str]]()
     for k, contact in enumerate(interface.contacts):
         body = interface.structures[contact.structure]
         if isinstance(body, CheckedParticipant):
             continue
         force = motions[contact.chain].force[-1 if contact.end == LAST else 0] - interface.static[k]
-        for doubt in _doubts(body.structure.origin, float(highest[k]), push_length(force, interval)):
-            kind, degree, _ = doubt
-            if kind not in worst or degree > worst[kind][1]:
-                worst[kind] = doubt
-    yield from (f"{kind}: {words}" for kind, _, words in worst.values())
+        for kind, degree, words in _doubts(body.structure.origin, float(highest[k]), push_length(force, interval)):
+            worst[kind] = max(worst.get(kind, (0.0, "")), (degree, words), key=itemgetter(0))
+    yield from (f"{kind}: {words}" for kind, (_, words) in worst.items())
 
 
 def push_length(force: Vector, interval: float) -> float:
@@ -74,11 +69,19 @@ def push_length(force: Vector, interval: float) -> float:
     return 2.0 * interval * float(force[open_at[after - 1] : open_at[after]].sum()) / top
 
 
-def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
-    """Yield the doubts about a structure whose contact moved by so much, m, under a push of this length, s."""
+def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, float, str]]:
+    """Yield the doubts about a structure whose contact moved by so much, m, under a push of this length, s: the kind of
+    each, its degree and its words. A user's structure may have anything in its origin."""
+
+    def part(name: str) -> Mapping[str, Any]:
+        return found if isinstance(found := origin.get(name), Mapping) else {}
+
+    def number(name: str, of: Any = origin) -> float:
+        return float(found) if isinstance(found := of.get(name), Real) else 0.0
+
     # Only a plate that something holds is stretched; one that is free may fly off.
-    thickness = _number(origin, "thickness") or _number(_part(origin, "section"), "thickness")
-    supports = _part(origin, "supports") or {"": "held"}
+    thickness = number("thickness") or number("thickness", part("section"))
+    supports = part("supports") or {"": "held"}
     held = any(support not in ("free", "symmetry") for support in supports.values())
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         words = (
@@ -90,7 +93,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
         return
 
     wrong = "AR may be wrong by {:.1g}, late and secondary waves by more"
-    report = _part(origin, "reduction")
+    report = part("reduction")
     if {"pulse", "error_estimate", "tolerance"} <= set(report):
         error, allowed = error_for_pulse(report, length), report["tolerance"]
         if error > EXCEEDED * allowed:
@@ -101,7 +104,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
             )
             yield "reduction", error / allowed, words
 
-    frequency = 0.0 if origin.get("kind") == "cylinder" else _number(origin, "highest_frequency")
+    frequency = 0.0 if origin.get("kind") == "cylinder" else number("highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
         needed = ENOUGH_CYCLES / length
         times = rounded_up(needed / frequency)
@@ -119,7 +122,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
         )
         yield "mesh", 1.0 / (length * frequency), words
 
-    wall = _part(origin, "section")
+    wall = part("section")
     if str(origin.get("kind", "")).startswith("Kirchhoff ") and {"bending", "shear", "mass"} <= set(wall):
         stiffness, shear = np.diag(wall["bending"])[:2], np.diag(wall["shear"])
         share = float((2.0 * np.pi / length * np.sqrt(wall["mass"] * stiffness) / shear).max())
@@ -129,15 +132,3 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[Doubt]:
                 "Kirchhoff's theory leaves out; amplitude ratios are wrong; mindlin_plate includes it"
             )
             yield "shear", share, words
-
-
-def _part(origin: Any, name: str) -> Mapping[str, Any]:
-    """Return a part of an origin; empty where a user's structure has something else of that name."""
-    part = origin.get(name)
-    return part if isinstance(part, Mapping) else {}
-
-
-def _number(origin: Any, name: str) -> float:
-    """Return a number of an origin; zero where a user's structure has something else of that name."""
-    number = origin.get(name)
-    return float(number) if isinstance(number, Real) else 0.0

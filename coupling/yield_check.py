@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from functools import partial
 from math import inf, pi, sqrt
+from operator import itemgetter
 
 import numpy as np
 
@@ -32,16 +33,16 @@ def is_of_yield(finding: str) -> bool:
 
 def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator[str]:
     """Yield a finding on the contact of a run that is pressed farthest beyond yield; motions: of the chains."""
-    ratios = []
-    for chain, motion in zip(chains, motions, strict=True):
+    pressed = []
+    for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
         unit, power, limit = chain.once("pressures", partial(_pressures, chain))
-        ratios.append(unit * np.maximum(motion.force.max(axis=1), 0.0) ** power / limit)
-    number = int(np.argmax([of_chain.max() for of_chain in ratios]))
-    chain, contact, ratio = chains[number], int(ratios[number].argmax()), float(ratios[number].max())
+        ratios = unit * np.maximum(motion.force.max(axis=1), 0.0) ** power / limit
+        pressed.append((float(ratios.max()), number, int(ratios.argmax()), float(power[ratios.argmax()])))
+    ratio, number, contact, power = max(pressed, key=itemgetter(0))
     if ratio > SLIGHT:
+        chain = chains[number]
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
         weaker = min(_materials(chain, contact), key=yield_pressure)
-        power = chain.once("pressures", partial(_pressures, chain))[1][contact]
         if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
             cure = f"its dent is left out; {CURE}"
         # Forces of Hertz grow with the speed's power 6/5; a preload, or another law, has no such rule.

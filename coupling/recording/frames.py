@@ -8,7 +8,6 @@ import numpy as np
 from coupling.interface import Interface
 from coupling.kernels.recorders import CHAIN_FRAME, CONTACT_FRAME, STRUCTURE_FRAME, TIME_FRAME, Recorder
 from coupling.kernels.records import Records
-from particles.moving import MovingChain
 from structures.checks import listed, whole
 from structures.structure import Vector
 
@@ -54,13 +53,6 @@ class Motion(NamedTuple):
 
     force: Vector
     deepest: Vector
-
-
-def motion_of(chain: MovingChain, frames: ChainFrames) -> Motion:
-    """Return what the checks see of a chain."""
-    deepest = frames.deepest.copy()
-    deepest[-1] -= chain.flexibility * frames.force[:, -1].max()
-    return Motion(frames.force.T, deepest)
 
 
 class Frames:
