@@ -7,7 +7,7 @@ chains follow their surfaces, and the forces that they answer less those that pu
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf, nan
+from math import inf, nan, prod
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -272,9 +272,7 @@ class Loop:
 
     def exchange(self, length: float) -> None:
         """Move on by a window of `length` s under the forces on which both sides agree."""
-        interface, scheme = self.interface, self.scheme
-        # A contact cannot pull.
-        force = np.maximum(self.predicted(length), -interface.static) if self.past else np.zeros(interface.size)
+        interface, scheme, force, trials = self.interface, self.scheme, self.predicted(length), list[Trial]()
         begin, linear = self.structures, isinstance(scheme, Condensed)
         known, slope, compliance = self.differences.get(length, []), self.slope.copy(), np.zeros((interface.size,) * 2)
         if linear:
@@ -285,8 +283,8 @@ class Loop:
         enough = inf if scheme.tolerance is None else scheme.tolerance * interface.force_scale
         if isinstance(scheme, Explicit):  # in short windows the impulse counts
             enough *= max(1.0, interface.contact_time / scheme.windows_per_contact / length)
+        still = scheme.tolerance * interface.indentation_scale if isinstance(scheme, Iterated) else inf
 
-        still, last, trials = inf, self.surface, list[Trial]()
         while True:
             surface, ends = np.empty(interface.size), []
             for body, now, seats in zip(interface.structures, begin, interface.of_structure, strict=True):
@@ -301,30 +299,27 @@ class Loop:
             chains, answer = self.follow(surface, length)
             trials.append(Trial(answer - force, answer, surface))
             wrong = float(abs(answer - force).max())
-            if not wrong > enough and not abs(surface - last).max() > still:
+            moved = abs(surface - trials[-2].surface).max() if len(trials) > 1 else 0.0
+            if not wrong > enough and not moved > still:
                 break
             if len(trials) == scheme.largest_count:
                 count = count_of(len(trials), "trial")
                 raise Disagreement(f"residual {wrong:.3g} N after {count}, tolerance {enough:.3g} N")
             if linear:
-                change = by_newton(trials, slope, compliance, STILL * interface.indentation_scale)
+                force = force + by_newton(trials, slope, compliance, STILL * interface.indentation_scale)
             elif isinstance(scheme, IQN_ILS):
-                change = by_least_squares(trials, [pair for pairs in known for pair in pairs], scheme)
+                force = force + by_least_squares(trials, [pair for pairs in known for pair in pairs], scheme)
             elif isinstance(scheme, Iterated):
-                change = by_relaxation(trials, scheme.relaxation)
-            force = force + change
-            if isinstance(scheme, Iterated):
-                still, last = scheme.tolerance * interface.indentation_scale, surface
+                force = force + by_relaxation(trials, scheme.relaxation)
 
         contact = self.contact.copy()
         contact["work"] += force * (surface - self.surface)
         contact["given"] += answer * (surface - self.surface)
         contact["impulse"] += length * force
         contact["surface"] = surface
-        if isinstance(scheme, Explicit) and scheme.repeats:
-            made = float(abs((contact["given"] - contact["work"]).sum())) / interface.impact_energy
-            if made > MOST_MADE:
-                raise Disagreement(f"the exchange has made or lost {made:.2g} of the impact energy")
+        made = float(abs((contact["given"] - contact["work"]).sum())) / interface.impact_energy
+        if isinstance(scheme, Explicit) and scheme.repeats and made > MOST_MADE:
+            raise Disagreement(f"the exchange has made or lost {made:.2g} of the impact energy")
         if isinstance(scheme, IQN_ILS):
             new = differences(trials[:-1])
             self.differences = {length: ([new, *known] if new else known)[: scheme.reuse]}
@@ -334,17 +329,14 @@ class Loop:
         self.windows, self.residual = self.windows + 1, max(self.residual, wrong)
 
     def predicted(self, length: float) -> Vector:
-        """Return the mean forces of a window, N, by the scheme's polynomial through those of the last ones."""
-        past = self.past[-self.scheme.predictor - 1 :]
+        """Return the mean forces of a window, N, by the polynomial through those of the last ones: a contact cannot
+        pull."""
+        past, now, total = self.past[-self.scheme.predictor - 1 :], self.time + length / 2.0, np.zeros_like(self.slope)
         middles = [window.time - window.length / 2.0 for window in past]
-        total: Vector = np.zeros(self.interface.size)
         for window, middle in zip(past, middles, strict=True):
-            weight = 1.0
-            for other in middles:
-                if other != middle:
-                    weight *= (self.time + length / 2.0 - other) / (middle - other)
+            weight = prod((now - other) / (middle - other) for other in middles if other != middle)
             total = total + weight * window.force
-        return total
+        return np.maximum(total, -self.interface.static) if past else total
 
     def follow(self, surface: Vector, length: float) -> tuple[list[Any], Vector]:
         """Return the chains and their mean forces, N, after their surfaces moved straight to these places, m."""
@@ -393,12 +385,11 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
         try:
             loop.advance(length)
         except Disagreement as found:
-            error = NotConverged(f"window {done}, {found}")
             for place, body in boxes if scheme.repeats else ():
                 # Under the load at which the scheme gave up, and twice that load.
                 for forces in (body.last_forces, 2.0 * body.last_forces):
                     body.check_repeats(loop.structures[place], forces, length)
-            raise error from None
+            raise NotConverged(f"window {done}, {found}") from None
         except FloatingPointError as error:
             raise FloatingPointError(f"window from t = {begin:.6g} s: {error}") from error
         if done % stride == 0:

@@ -16,7 +16,6 @@ from structures.described import described
 from structures.moving import MovingStructure
 from structures.quantities import Count
 from structures.structure import Structure, Vector, half_space, surfaces_of
-from structures.surface import Surface
 
 NAMES = ("structure", "behind")  # the arguments of CoSimulation that give what each end faces
 PARTICIPANTS = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
@@ -143,8 +142,6 @@ class Interface:
 
     def together(self, states: Sequence[ChainState]) -> tuple[Vector, Vector]:
         """Return the positions and the velocities of all chains, one after the other."""
-        if len(states) == 1:
-            return states[0].position, states[0].velocity
         y, v = np.zeros((2, self.coordinates))
         for place, state in zip(self.places, states, strict=True):
             y[place], v[place] = state.position, state.velocity
@@ -179,17 +176,17 @@ class Interface:
         return place, point or 0
 
     def _moving(self, chain: Chain, number: int, alone: bool, settings: dict[str, float | None]) -> MovingChain:
-        faced, *back = [self._facts(k) for k in self.of_chain[number]]
-        surface, flexibility = (None, 0.0) if alone else faced
-        behind, spring = back[0] if back else (None, 0.0)
+        """Return a chain that touches what its ends face: surfaces, and flexibilities in series with them, m/N."""
+        ends: list[Any] = []
+        for k in self.of_chain[number]:
+            place, point = self.contacts[k][2:]
+            body = self.structures[place]
+            spring = float(body.structure.flexibilities[point]) if isinstance(body, MovingStructure) else 0.0
+            ends += [body.surfaces[point], spring]
+        surface, flexibility, behind, spring = [*ends, None, 0.0][:4]
+        if alone:
+            surface, flexibility = None, 0.0
         return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **settings)
-
-    def _facts(self, k: int) -> tuple[Surface, float]:
-        """Return the surface and flexibility (m/N) of a contact's point."""
-        place, point = self.contacts[k][2:]
-        structure = self.structures[place]
-        spring = structure.structure.flexibilities[point] if isinstance(structure, MovingStructure) else 0.0
-        return structure.surfaces[point], float(spring)
 
 
 def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:

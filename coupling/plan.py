@@ -112,23 +112,33 @@ def plan_run(
             f"until = {until!r}: the structure was reduced for runs of at most {valid} s; make it with that until, "
             "or take a shorter one"
         )
-    adaptive = isinstance(window, Adaptive)
+    fixed = isinstance(window, float)
     if isinstance(window, float) and window > until:
         raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
     longest = longest_window(interface, scheme, window, fineness)
-    if save_every is None:
-        if isinstance(window, float):
-            return Plan(longest, 1, _saved_times(interface, until / longest))
-        count = _power_of_two(until / max(interface.contact_time / SAVED_PER_CONTACT, longest))
-        stride = _power_of_two(until / count / longest)
-        return Plan(until / count / stride, stride, _saved_times(interface, count))
-    save_every = positive("save_every", save_every, "s")
-    if save_every > until:
-        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
-    if isinstance(window, float) and save_every < longest * (1.0 - SAME_TIME):
-        raise ValueError(f"save_every = {save_every!r}: must not be shorter than the window, {longest:.6g} s")
-    stride = 1 if adaptive else ceil(save_every / longest * (1.0 - SAME_TIME))
-    return Plan(save_every / stride, stride, _saved_times(interface, until / save_every, save_every))
+    if save_every is not None:
+        interval = positive("save_every", save_every, "s")
+        if interval > until:
+            raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+        if fixed and interval < longest * (1.0 - SAME_TIME):
+            raise ValueError(f"save_every = {save_every!r}: must not be shorter than the window, {longest:.6g} s")
+        stride = 1 if isinstance(window, Adaptive) else ceil(interval / longest * (1.0 - SAME_TIME))
+        length, intervals = interval / stride, until / interval
+    elif fixed:
+        length, stride, intervals = longest, 1, until / longest
+    else:
+        intervals = _power_of_two(until / max(interface.contact_time / SAVED_PER_CONTACT, longest))
+        stride = _power_of_two(until / intervals / longest)
+        length = until / intervals / stride
+
+    bodies = sum(chain.rest.size for chain in interface.chains)
+    name, advice = ("until", "save_every") if save_every is None else ("save_every", "a longer one")
+    what, size = f"{name}: {intervals:.3g} saved times of {bodies} bodies", intervals * bodies * LARGE_ARRAYS * 8.0
+    if intervals * bodies > MOST_SAVED:
+        raise ValueError(f"{what} are too many; give {advice}")
+    if size > LARGE_SIZE:
+        caution(f"{what} take {1e-9 * size:.1f} GB of memory")
+    return Plan(length, stride, int(intervals * (1.0 + SAME_TIME)) + 1)
 
 
 def longest_window(interface: Interface, scheme: Scheme, window: float | Adaptive | None, fineness: float) -> float:
@@ -159,21 +169,6 @@ def coarse(name: str, interval: float, contact_time: float) -> list[str]:
 def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
     """Return the longest run that a structure was made for, s; infinite where there is no limit."""
     return structure.structure.valid_until if isinstance(structure, MovingStructure) else inf
-
-
-def _saved_times(interface: Interface, intervals: float, save_every: float | None = None) -> int:
-    """Return the number of saved times over `intervals`, with the start; raise a ValueError where they would not fit in
-    memory."""
-    bodies = sum(chain.rest.size for chain in interface.chains)
-    if intervals * bodies > MOST_SAVED:
-        name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
-        stated = "" if save_every is None else f" = {save_every!r}"
-        raise ValueError(f"{name}{stated}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
-    size = intervals * bodies * LARGE_ARRAYS * 8.0
-    if size > LARGE_SIZE:
-        name = "until" if save_every is None else "save_every"
-        caution(f"{name}: {intervals:.3g} saved times of {bodies} bodies take {1e-9 * size:.1f} GB of memory")
-    return int(intervals * (1.0 + SAME_TIME)) + 1
 
 
 def _power_of_two(parts: float) -> int:
