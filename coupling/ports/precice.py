@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,9 +24,6 @@ from structures.moving import MovingStructure
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
-Read: TypeAlias = Callable[[float], Vector]
-Write: TypeAlias = Callable[[Vector], None]
-
 STEPS_PER_CONTACT = 64  # Steps of the chain in a contact, where neither preCICE nor the user says how long they are.
 # A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
 # divide by its change.
@@ -43,13 +40,13 @@ class Side(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A chain at the end of a step; the displacement of the surface, m; the mean force of the last contact over the
-    step, and the forces of all contacts at its end, N, relative to the static ones."""
+    """A chain at the end of a step; the displacement of the surface, m; the length of the step, s; and the mean force
+    of the last contact over it, N, above the static one."""
 
     chain: ChainState
     surface: float
+    span: float
     mean_force: float
-    contact_force: Vector
 
 
 def run_in_precice(
@@ -138,8 +135,8 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
     All steps of the accepted windows are kept. At the end of a window, zero at that of other steps, stand how often the
     window was tried, and the last change of its mean force, N.
     """
-    steps, evaluations, residual = [_step(moving, None, 0.0, 1.0)], [0], [0.0]
-    first, tries, before, most = 0, 1, 0.0, longest
+    steps, evaluations, residual = [Step(moving.start(), 0.0, 1.0, 0.0)], [0], [0.0]
+    first, tries, before, most, weak = 0, 1, 0.0, longest, ROUNDING * moving.scales[0]
     with _coupled(side, ("displacement", "force"), 1) as (coupling, read, write):
         while coupling.is_coupling_ongoing():
             # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
@@ -149,9 +146,16 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
                 too_long = coarse("time-window-size", left, moving.contact_time)
                 most = moving.contact_time / STEPS_PER_CONTACT if too_long else inf
             span = left / max(1, ceil(left / most * (1.0 - SAME_TIME)))
-            steps.append(_step(moving, steps[-1], float(read(span)[0]), span))
-            spans = np.diff([step.chain.time for step in steps[first:]])
-            mean = float(spans @ [step.mean_force for step in steps[first + 1 :]] / spans.sum())
+            end = finite("surface displacement", float(read(span)[0]), "m")
+            chain, force = moving.advance(steps[-1].chain, (steps[-1].surface, end), span)
+            bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
+            if bad.any():
+                raise FloatingPointError(
+                    f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt"
+                )
+            steps.append(Step(chain, end, span, force if abs(force) > weak else 0.0))
+            inside = steps[first + 1 :]
+            mean = float(np.average([step.mean_force for step in inside], weights=[step.span for step in inside]))
             write(np.array([mean]))
             coupling.advance(span)
             if coupling.requires_reading_checkpoint():
@@ -163,16 +167,23 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
                 residual += [*inner, abs(mean - before)]
                 first, tries, before = len(steps) - 1, 1, mean
 
-    chains, surfaces, mean_forces, forces = zip(*steps, strict=True)
+    chains, surfaces, spans, mean_forces = zip(*steps, strict=True)
+    position, velocity = (np.array([getattr(chain, name) for chain in chains]) for name in ("position", "velocity"))
     surface, times = np.array(surfaces), np.array([chain.time for chain in chains])
-    force, size = np.array(forces) + moving.static_force, moving.mass.size
+    moved, size = np.diff(surface, prepend=0.0), moving.mass.size
+    force, work = np.zeros((len(steps), size)), moving.work_space()
+    for row, (at, rate) in enumerate(zip(surface, moved / spans, strict=True)):
+        state = moving.model, position[row], velocity[row], times[row]
+        forces_of_chains(*state, np.array([at]), np.array([rate]), np.arange(size), force[row], work)
+    force -= moving.static_force
+    force[abs(force) <= weak] = 0.0
     values = {
-        "displacement": (np.array([chain.position for chain in chains]) - moving.rest)[:, :size],
-        "velocity": np.array([chain.velocity for chain in chains])[:, :size],
-        "contact_force": force,
+        "displacement": (position - moving.rest)[:, :size],
+        "velocity": velocity[:, :size],
+        "contact_force": force + moving.static_force,
         "surface_displacement": surface,
-        "interface_work": np.cumsum([0.0, *(mean_forces[1:] * np.diff(surface))]),
-        "interface_impulse": np.cumsum([0.0, *(mean_forces[1:] * np.diff(times))]),
+        "interface_work": np.cumsum(mean_forces * moved),
+        "interface_impulse": np.cumsum(mean_forces * np.diff(times, prepend=0.0)),
         "evaluations": np.array(evaluations, float),
         "residual": np.array(residual),
     }
@@ -194,7 +205,7 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
             f"max-iterations = {limit}: {last} of {windows.size} windows took them all and may not have converged, "
             "which preCICE accepts; raise it, or change the acceleration"
         )
-    findings += check_guest(moving, force, values["interface_work"], times)
+    findings += check_guest(moving, values["contact_force"], values["interface_work"], times)
     warn(findings)
     return with_warnings(data, findings)
 
@@ -242,30 +253,10 @@ def precice_configuration(chain: Chain, surface: Surface, until: float, flexibil
     return text.format(until=positive("until", until, "s"), window=window)
 
 
-def _step(moving: MovingChain, before: Step | None, surface: float, span: float) -> Step:
-    """Return the chain at rest, or after a step (s) in which the surface moves linearly to `surface`, m."""
-    chain, force, rate = moving.start(), 0.0, 0.0
-    if before is not None:
-        motion = before.surface, finite("surface displacement", surface, "m")
-        chain, force = moving.advance(before.chain, motion, span)
-        rate = (surface - before.surface) / span
-        bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
-        if bad.any():
-            raise FloatingPointError(
-                f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt"
-            )
-    contact_force = np.zeros(moving.mass.size)
-    contacts, places = np.arange(contact_force.size), np.array([[surface], [rate]])
-    state = moving.model, chain.position, chain.velocity, chain.time
-    forces_of_chains(*state, *places, contacts, contact_force, moving.work_space())
-    contact_force -= moving.static_force
-    weak = ROUNDING * moving.scales[0]
-    contact_force[abs(contact_force) <= weak] = 0.0
-    return Step(chain, surface, force if abs(force) > weak else 0.0, contact_force)
-
-
 @contextmanager
-def _coupled(side: Side, data: tuple[str, str], count: int) -> Iterator[tuple[Any, Read, Write]]:
+def _coupled(
+    side: Side, data: tuple[str, str], count: int
+) -> Iterator[tuple[Any, Callable[[float], Vector], Callable[[Vector], None]]]:
     """Begin a coupling and end it; after an error the other participant ends, too.
 
     Yields the participant, and functions that read what acts at each vertex at the end of a step (s), and write a

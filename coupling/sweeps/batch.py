@@ -13,7 +13,7 @@ from coupling.plan import Adaptive, Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
-from coupling.results.schema import OF_RUNS, variable
+from coupling.results.schema import OF_RUNS, run_coordinates, variable
 from coupling.run_checks import check_before, checked
 from coupling.sweeps.points import POINT_ERRORS
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
@@ -285,14 +285,8 @@ class Records:
 
     def dataset(self) -> xr.Dataset:
         """Return the runs, with their parameters as coordinates."""
-        coordinates: dict[str, Any] = {
-            "time": ("time", self.interval * np.arange(float(self.force.shape[1])), {"units": "s"}),
-            "bead": ("bead", self.kept.bodies),
-            "contact": ("contact", [index + 1 for index in self.kept.contacts]),
-            "centre": (("run", "bead"), self.centre, {"units": "m"}),
-            "static_force": (("run", "contact"), self.static, {"units": "N"}),
-            "impact_energy": ("run", self.energy, {"units": "J"}),
-        }
+        (contacts, bodies), times = self.kept, self.interval * np.arange(float(self.force.shape[1]))
+        coordinates = run_coordinates(times, bodies, contacts, self.centre, self.static, self.energy, ["run"])
         coordinates |= {name: ("run", axis_labels(values)) for name, values in self.columns.items()}
         data = {
             "contact_force": variable("contact_force", self.force.swapaxes(0, 1), "run"),

@@ -140,7 +140,7 @@ def critical_distance_search(
         nexts = [search.next() for search in searches]
         wanted = {(place // len(tolerances), distance) for place, found in enumerate(nexts) for distance in found}
 
-    data = _samples(curves, values).merge(_crossings(searches, curves, tolerances, values))
+    data = _dataset(searches, curves, tolerances, values)
     findings = gathered(said, sum(map(len, curves)))
     if scan[0] > 0.0 and bool((data.bracket.sel(end="low") == 0.0).any()):
         findings.append(
@@ -197,34 +197,28 @@ def as_arrays(curve: Curve) -> tuple[Vector, Vector]:
     return np.array(distances), np.array([curve[distance].amplitude_ratio.item() for distance in distances])
 
 
-def _samples(curves: Sequence[Curve], values: dict[str, list[Any]]) -> xr.Dataset:
-    """Return all samples, on the union of the distances of all curves."""
+def _dataset(
+    searches: Sequence[_Search], curves: Sequence[Curve], tolerances: list[float], values: dict[str, list[Any]]
+) -> xr.Dataset:
+    """Return all samples, on the union of the distances of all curves, and the crossings for all tolerances."""
     distances, first = sorted(set().union(*curves)), next(iter(curves[0].values()))
-    names, shape = [*values, "distance"], (*map(len, values.values()), len(distances))
+    shape, each, over = tuple(map(len, values.values())), [*values, "distance"], [*values, "within"]
     variables: dict[str, Any] = {}
     for name, variable in first.data_vars.items():
         of_curves = [[curve[d][name].item() if d in curve else np.nan for d in distances] for curve in curves]
-        variables[str(name)] = names, np.reshape(of_curves, shape), variable.attrs
-    sampled = np.reshape([[d in curve for d in distances] for curve in curves], shape)
-    variables["sampled"] = names, sampled, {"long_name": "whether there is a run"}
-    coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}
-    coordinates["distance"] = "distance", distances, {"units": "m"}
-    return xr.Dataset(variables, coordinates, first.attrs)
-
-
-def _crossings(
-    searches: Sequence[_Search], curves: Sequence[Curve], tolerances: list[float], values: dict[str, list[Any]]
-) -> xr.Dataset:
-    """Return the crossings of all curves for all tolerances."""
-    shape, over, metres = tuple(map(len, values.values())), [*values, "within"], {"units": "m"}
+        variables[str(name)] = each, np.reshape(of_curves, (*shape, -1)), variable.attrs
+    sampled = [[d in curve for d in distances] for curve in curves]
     found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
     far = np.reshape([as_arrays(curve)[1][-1] for curve in curves], shape)
-    bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
-    variables: dict[str, Any] = {
+    bound, metres = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}, {"units": "m"}
+    variables |= {
+        "sampled": (each, np.reshape(sampled, (*shape, -1)), {"long_name": "whether there is a run"}),
         "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
         "bracket": ([*over, "end"], found[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
         "lower_bound": (over, np.isinf(found[..., 2]), bound),
         "far_value": ([*values], far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
     }
-    within_label = {"units": "1", "long_name": "tolerance of AR"}
-    return xr.Dataset(variables, {"within": ("within", tolerances, within_label), "end": ["low", "high"]})
+    coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}
+    coordinates["distance"] = "distance", distances, metres
+    coordinates["within"] = "within", tolerances, {"units": "1", "long_name": "tolerance of AR"}
+    return xr.Dataset(variables, {**coordinates, "end": ["low", "high"]}, first.attrs)
