@@ -253,12 +253,11 @@ class Loop:
         self.interface, self.scheme, self.time = interface, scheme, 0.0
         self.chains = [chain.start() for chain in interface.chains]
         self.structures = [structure.start() for structure in interface.structures]
-        self.surface, self.contact = np.zeros(interface.size), np.zeros(interface.size, CONTACT)
-        self.past: list[Window] = []
+        self.surface, self.slope = np.zeros((2, interface.size))
+        self.contact, self.past = np.zeros(interface.size, CONTACT), list[Window]()
         self.tried, self.windows, self.residual = 0, 0, 0.0
-        self.slope = np.zeros(interface.size)
-        self.differences: dict[float, list[Pairs]] = {}
-        """By the length of the last windows, the differences of each that was repeated, newest first."""
+        self.earlier: list[Pairs] = []
+        """The differences of the last windows that were repeated, newest first; all of one length."""
 
     def advance(self, length: float, halvings: int = MOST_HALVINGS) -> None:
         """Move on by a window of `length` s; one for which no forces are found is halved at most so many times."""
@@ -274,7 +273,8 @@ class Loop:
         """Move on by a window of `length` s under the forces on which both sides agree."""
         interface, scheme, force, trials = self.interface, self.scheme, self.predicted(length), list[Trial]()
         begin, linear = self.structures, isinstance(scheme, Condensed)
-        known, slope, compliance = self.differences.get(length, []), self.slope.copy(), np.zeros((interface.size,) * 2)
+        slope, compliance = self.slope.copy(), np.zeros((interface.size, interface.size))
+        known = self.earlier if self.past and self.past[-1].length == length else []
         if linear:
             begin = [body.free(now, length) for body, now in zip(interface.structures, begin, strict=True)]
             for seats, body in zip(interface.of_structure, interface.structures, strict=True):
@@ -321,8 +321,7 @@ class Loop:
         if isinstance(scheme, Explicit) and scheme.repeats and made > MOST_MADE:
             raise Disagreement(f"the exchange has made or lost {made:.2g} of the impact energy")
         if isinstance(scheme, IQN_ILS):
-            new = differences(trials[:-1])
-            self.differences = {length: ([new, *known] if new else known)[: scheme.reuse]}
+            self.earlier = [*filter(None, [differences(trials[:-1])]), *known][: scheme.reuse]
         self.chains, self.structures, self.contact, self.slope = chains, ends, contact, slope
         self.surface, self.time = surface, self.time + length
         self.past = [*self.past[1 - REMEMBERED :], Window(self.time, length, surface, answer)]
@@ -336,7 +335,7 @@ class Loop:
         for window, middle in zip(past, middles, strict=True):
             weight = prod((now - other) / (middle - other) for other in middles if other != middle)
             total = total + weight * window.force
-        return np.maximum(total, -self.interface.static) if past else total
+        return np.asarray(np.maximum(total, -self.interface.static))
 
     def follow(self, surface: Vector, length: float) -> tuple[list[Any], Vector]:
         """Return the chains and their mean forces, N, after their surfaces moved straight to these places, m."""
@@ -376,8 +375,8 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
     """
     loop = Loop(interface, scheme)
     boxes = [(place, body) for place, body in enumerate(interface.structures) if isinstance(body, CheckedParticipant)]
-    negligible = PROBE * interface.indentation_scale
-    for _, body in boxes if scheme.repeats else ():
+    negligible, repeated = PROBE * interface.indentation_scale, boxes if scheme.repeats else []
+    for _, body in repeated:
         body.check(PROBE * interface.force_scale, length, negligible)
     loop.record(frames, 0)
     for done in range(1, (frames.rows - 1) * stride + 1):
@@ -385,7 +384,7 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
         try:
             loop.advance(length)
         except Disagreement as found:
-            for place, body in boxes if scheme.repeats else ():
+            for place, body in repeated:
                 # Under the load at which the scheme gave up, and twice that load.
                 for forces in (body.last_forces, 2.0 * body.last_forces):
                     body.check_repeats(loop.structures[place], forces, length)

@@ -79,9 +79,8 @@ class CheckedParticipant:
             )
         self.contacts = len(self.surfaces)
         self.last_forces = np.zeros(self.contacts)
-        self.inertias: list[float] = []
-        """Of each contact point, kg: the mass that moves as far as it from rest; known once `check` has pushed it."""
-        self.first_window = 0.0
+        self.findings: list[str] = []
+        """What `check` found that may mislead."""
         self.passive = getattr(participant, "passive", True)
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
@@ -116,10 +115,10 @@ class CheckedParticipant:
 
     def check(self, force: float, window: float, negligible: float) -> None:
         """Raise a ValueError where it is not at rest at the start, does not repeat a window, or moves against a force
-        (N). negligible, m: a displacement that counts as none."""
+        (N); and find one that moves more easily than a foil. negligible, m: a displacement that counts as none."""
         self.check_rest(self.move(self.start(), np.zeros(self.contacts), window)[1], negligible)
         self.check_repeats(self.start(), np.full(self.contacts, force), window)
-        self.first_window, self.inertias = window, []
+        light = inf
         for number, alone in enumerate(force * np.eye(self.contacts)):
             place = float(self.move(self.start(), alone, window)[1][number])
             if self.passive and place < -ROUNDING * negligible:
@@ -128,7 +127,14 @@ class CheckedParticipant:
                     f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from "
                     "rest; away from it is positive; a structure that creates energy sets passive = False"
                 )
-            self.inertias.append(force * window**2 / (2.0 * place) if place > 0.0 else inf)
+            # The mass that moves as far from rest.
+            light = min(light, force * window**2 / (2.0 * place) if place > 0.0 else inf)
+        self.findings = []
+        if light < LEAST_RESISTANCE * window:
+            self.findings = [
+                f"units: {self.name} moves in a first window of {window:.3g} s like {light:.3g} kg, more easily than a "
+                "foil; check its units of force, time and displacement, and that it returns a displacement"
+            ]
 
     def check_rest(self, places: Vector, negligible: float) -> None:
         """Raise a ValueError where a first window without force did not end at rest, at displacements (m)."""
@@ -150,16 +156,6 @@ class CheckedParticipant:
                     f"{self._as_given(other)!r} m; return a new state that holds all that changes, or use the scheme "
                     "Explicit(tolerance=None)"
                 )
-
-    def findings(self) -> list[str]:
-        """Return a finding where it moved more easily than a foil: its units may be others."""
-        light = min(self.inertias, default=inf)
-        if not light < LEAST_RESISTANCE * self.first_window:
-            return []
-        return [
-            f"units: {self.name} moves in a first window of {self.first_window:.3g} s like {light:.3g} kg, more easily "
-            "than a foil; check its units of force, time and displacement, and that it returns a displacement"
-        ]
 
     def _as_given(self, numbers: Vector) -> Any:
         """Return the form in which the participant takes and returns K numbers: a float if it has one contact."""

@@ -96,7 +96,7 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
         found += _of_record(chain, motion, times, "mid chain" if len(chains) == 1 else f"the middle of chain {number}")
     found += yields(chains, motions)
     found += check_structures(interface, motions, frames.saved.surface[2], interval)
-    found += [words for body in interface.black_boxes for words in body.findings()]
+    found += [words for body in interface.black_boxes for words in body.findings]
     warn(found)
     return laws + found
 
