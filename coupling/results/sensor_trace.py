@@ -78,14 +78,17 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     up stay apart. A trace without a peak comes back as it is, with the width 0.
     """
     noise, span = noise_level(values), float(np.ptp(values))
-    rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
+    # The squares of a Gaussian's weights sum to 1/(2 √π sigma), the part of the variance of white noise that is left.
+    target = ROUGH_NOISE * span
+    sigma = 0.0 if noise <= target else min((noise / target) ** 2 / (2.0 * sqrt(pi)), values.size / 100.0)
+    rough = _blurred(values, sigma)
     peaks = scipy.signal.find_peaks(rough)[0]
     if not peaks.size:
         return values, noise, 0.0
     rises = scipy.signal.peak_prominences(rough, peaks)[0]
     large = rises >= min(LARGE * span, rises.max())
     width = float(scipy.signal.peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
-    # As in `_sigma`; the 1 holds where the Gaussian is so narrow that it changes nothing.
+    # Again; the 1 holds where the Gaussian is so narrow that it changes nothing.
     left = noise / sqrt(1.0 + 2.0 * sqrt(pi) * SMOOTHING * width)
     return _blurred(values, SMOOTHING * width), left, width
 
@@ -152,14 +155,6 @@ def measures(time: Vector, values: Vector, mains: float | None = None) -> Measur
             )
             clipped = clipped | here
     return Measures(filled, step, noise, lead, quiet, clipped, said)
-
-
-def _sigma(noise: float, target: float, samples: int) -> float:
-    """Return the standard deviation of the Gaussian that reduces white noise to a target, in samples.
-
-    The squares of its weights sum to 1 / (2 √π sigma), the part of the variance that is left.
-    """
-    return 0.0 if noise <= target else min((noise / target) ** 2 / (2.0 * sqrt(pi)), samples / 100.0)
 
 
 def _blurred(values: Vector, sigma: float) -> Vector:

@@ -177,22 +177,8 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
 
 
 def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> CoSimulation:
-    """Return what a builder makes of numbers that vary continuously; a ValueError names one that must be whole."""
-    try:
-        return instance("build(...)", build(**values), CoSimulation, "a CoSimulation")
-    except TypeError:
-        for name, value in values.items():
-            # Such as a radius: it would become zero.
-            if abs(value) < 1.0:
-                continue
-            try:
-                build(**{**values, name: int(value)})
-            except (TypeError, ValueError):
-                continue
-            raise ValueError(
-                f"{name} = {value!r}: build takes whole numbers alone; must be a number that varies continuously"
-            ) from None
-        raise
+    """Return what a builder makes of numbers that vary continuously."""
+    return instance("build(...)", build(**values), CoSimulation, "a CoSimulation")
 
 
 def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
