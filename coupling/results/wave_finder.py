@@ -95,8 +95,9 @@ def find_waves(
         # Shorter chains are padded with NaN, which a run that failed has everywhere.
         last = int(np.flatnonzero(np.isfinite(static)).max(initial=0)) or static.size - 1
         above, below, wall = (force[:, k] - static[k] for k in (place, place + 1, last))
-        flow = Flow(time, 0.5 * (above + below), wall, velocity, number, int(data.contact.values[last]) - number)
-        found.append(flow.waves(smallest, 0.5 * (static[place] + static[place + 1]), earliest))
+        hops, preload = int(data.contact.values[last]) - number, 0.5 * (static[place] + static[place + 1])
+        flow = Flow(time, 0.5 * (above + below), wall, velocity, number, hops, preload, earliest)
+        found.append(flow.waves(smallest))
 
     peaks = np.full((len(found), most, 2), np.nan)
     if places := [(run, k) for run, one in enumerate(found) for k in range(min(most, len(one.samples)))]:
@@ -111,11 +112,15 @@ class Flow:
 
     towards, back: means of the power that flows to the structure and back. first, there: samples at which the wave
     arrives at the bead and at the structure. travel: the time between, s; width: samples in which it takes one of its
-    hops. leaves: when the push on the structure ends, s.
+    hops. leaves: when the push on the structure ends, s. preload: at the bead, N; earliest: the part of the time by
+    F^(−1/6) before which nothing is back.
     """
 
-    def __init__(self, time: Vector, force: Vector, wall: Vector, velocity: Vector, sensor: int, hops: int) -> None:
-        self.time, self.force, self.hops = time, force, hops
+    def __init__(
+        self, time: Vector, force: Vector, wall: Vector, velocity: Vector, sensor: int, hops: int, preload: float,
+        earliest: float,
+    ) -> None:  # fmt: skip
+        self.time, self.force, self.hops, self.preload, self.earliest = time, force, hops, preload, earliest
         self.top, push = float(force.max(initial=0.0)), wall.max(initial=0.0)
         self.pushed = bool(push > FIRST_WAVE**2 * self.top)
         self.there = int((wall > FRONT * push).argmax()) if self.pushed else time.size - 1
@@ -129,11 +134,8 @@ class Flow:
         self.leaves = float(time[ended.argmax() if ended.any() else -1])
         self.peaks, self.peaks_towards, self.peaks_back = map(tops, (force, self.towards, self.back))
 
-    def waves(self, smallest: float, preload: float, earliest: float) -> Found:
-        """Return the incident wave, and those that come back from the structure.
-
-        preload: at the bead, N; earliest: the part of the time by F^(−1/6) before which nothing is back.
-        """
+    def waves(self, smallest: float) -> Found:
+        """Return the incident wave, and those that come back from the structure."""
         force, towards, back, there, width = self.force, self.towards, self.back, self.there, self.width
         found = Found(force, self.hops, self.travel)
         if not self.top > 0.0:
@@ -152,7 +154,7 @@ class Flow:
         incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
         if not (self.pushed and self.travel > 0.0 and force[incident] >= FIRST_WAVE * self.top):
             return found._replace(samples=[incident], notes=[""]) if 0 < incident < force.size - 1 else found
-        waves, notes, cut = self.that_return(incident, (begin, end), smallest, greatest, preload, earliest)
+        waves, notes, cut = self.that_return(incident, (begin, end), smallest, greatest)
         # Nearer to the structure each incident wave meets its own reflection.
         halfway = there + self.hops * width // 2
         if len(waves) > 1 and self.hops > WAVE_LENGTH and towards[self.first : halfway].min() > TAIL * greatest:
@@ -163,7 +165,7 @@ class Flow:
         return found._replace(samples=waves, notes=notes, leaves=self.leaves, cut=cut)
 
     def that_return(
-        self, incident: int, window: Window, smallest: float, greatest: float, preload: float, earliest: float
+        self, incident: int, window: Window, smallest: float, greatest: float
     ) -> tuple[list[int], list[str], bool]:
         """Return the samples and notes of the incident wave and of those that come back, and whether the record ends
         within one. incident, window, greatest: where the incident wave has its peak, begins and ends, and its power, W.
@@ -184,22 +186,20 @@ class Flow:
             if end <= incident + 2:
                 continue
             begin = max(begin, incident + 1)
-            own = [
-                peak for peak in peaks[(begin <= peaks) & (peaks <= end)].tolist() if prominence(force, peak) >= least
-            ]
+            within = peaks[(begin <= peaks) & (peaks <= end)].tolist()
+            own = [peak for peak in within if prominence(force, peak) >= least]
             if not own:
                 continue
             sample, highest = max(own, key=force.__getitem__), begin + int(power[begin : end + 1].argmax())
             part = float(force[sample]) / amplitude
-            weaker = (preload + part * amplitude) / (preload + amplitude)
+            weaker = (self.preload + part * amplitude) / (self.preload + amplitude)
             arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
-            relative = float(time[arrives] - time[there] + self.travel / self.hops) / (
-                self.travel * weaker ** (-1.0 / 6.0)
-            )
+            took = float(time[arrives] - time[there] + self.travel / self.hops)
+            relative = took / (self.travel * weaker ** (-1.0 / 6.0))
             ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
             # What follows the primary wave may have run in its wake, faster than by its own strength.
-            if len(samples) == 1 and relative < earliest:
-                if not ends_open and relative > (1.0 - DOUBTFUL) * earliest:
+            if len(samples) == 1 and relative < self.earliest:
+                if not ends_open and relative > (1.0 - DOUBTFUL) * self.earliest:
                     notes[0] = (
                         f"a pulse at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, comes only just too early to be the "
                         f"reflected wave{ANOTHER}"
@@ -214,7 +214,7 @@ class Flow:
                 samples[-1] = max(samples[-1], sample, key=force.__getitem__)
                 windows[-1] = windows[-1][0], end
             else:
-                early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * earliest
+                early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * self.earliest
                 notes.append(f"is only just late enough to come from the structure{ANOTHER}" if early else "")
                 samples.append(sample)
                 windows.append((begin, end))
