@@ -132,10 +132,12 @@ def plan_run(
         length = until / intervals / stride
 
     bodies = sum(chain.rest.size for chain in interface.chains)
-    name, advice = ("until", "save_every") if save_every is None else ("save_every", "a longer one")
+    name, advice = "until", "give save_every"
+    if save_every is not None:
+        name, advice = f"save_every = {save_every!r}", "take a longer one"
     what, size = f"{name}: {intervals:.3g} saved times of {bodies} bodies", intervals * bodies * LARGE_ARRAYS * 8.0
     if intervals * bodies > MOST_SAVED:
-        raise ValueError(f"{what} are too many; give {advice}")
+        raise ValueError(f"{what} are too many; {advice}")
     if size > LARGE_SIZE:
         caution(f"{what} take {1e-9 * size:.1f} GB of memory")
     return Plan(length, stride, int(intervals * (1.0 + SAME_TIME)) + 1)
