@@ -16,7 +16,6 @@ Its public names are listed in `__init__.pyi`; each is imported when it is first
 """
 
 from importlib import import_module
-from sys import modules as _modules
 
 from hertzlink._names import PUBLIC as _PUBLIC
 
@@ -39,8 +38,6 @@ def __getattr__(name: str) -> object:
     if _PUBLIC[name] == __name__:
         return import_module(f"{__name__}.{name}")
     globals()[name] = getattr(import_module(_PUBLIC[name]), name)
-    if "xarray" in _modules:
-        import_module("hertzlink._accessor")
     return globals()[name]
 
 

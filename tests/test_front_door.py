@@ -1,7 +1,6 @@
 """The front door: light to import, complete, and never fooled by a package of the same name."""
 
 import ast
-import inspect
 import os
 import pickle
 import re
@@ -178,23 +177,3 @@ def test_a_full_disk_under_what_is_printed_is_said_in_words() -> None:
             [sys.executable, "-m", "hertzlink", "info"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (done.returncode, done.stderr) == (2, "hertzlink: standard output: No space left on device\n")
-
-
-def test_a_dataset_has_its_measures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The accessor says what the functions say; a run draws its force, a sweep its AR."""
-    monkeypatch.setenv("MPLBACKEND", "Agg")
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-
-    def build(speed: float) -> hl.CoSimulation:
-        return hl.CoSimulation(hl.Chain([bead] * 12, striker=bead, impact_speed=speed), hl.half_space(hl.STEEL_440C))
-
-    run = build(0.1).run(until=8e-4)
-    assert run.hertz.reflections(6) == hl.reflections(run, 6)
-    assert list(inspect.signature(run.hertz.reflections).parameters) == ["sensor", "smallest", "earliest"]
-    assert float(run.hertz.amplitude_ratio(6)) == run.hertz.reflections(6).primary.amplitude_ratio
-    assert float(run.hertz.time_of_flight(6)) == run.hertz.reflections(6).primary.time_of_flight
-    assert "AR = " in run.hertz._repr_html_()
-    assert run.hertz.plot(6).get_xlabel() == "time (µs)"
-    runs = hl.sweep(build, until=8e-4, jobs=1, speed=[0.1, 0.2])
-    assert "0.1 to 0.2" in runs.hertz._repr_html_()
-    assert "amplitude" in runs.hertz.plot(6).get_ylabel()
