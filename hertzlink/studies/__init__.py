@@ -15,7 +15,7 @@ STUDIES = {
     "thesis": "The whole thesis: a verdict on each of its numbers, and each corrected equation with a check.",
     "aspect-ratio": "What plates send back to a chain at their centre, over bead diameter / thickness (section 6.2.1).",
     "plate-boundary": "From which distance on a plate's edge no longer changes what it sends back (section 6.2.2).",
-    "critical-distance": "The law for this distance: for which beads, edges and plates it holds; what shear changes.",
+    "critical-distance": "The law for this distance: for which beads, edges and plates it holds.",
     "rod-stiffness": "What a rod sends back, over its Young's modulus and for given materials (section 6.1.1).",
     "rod-length": "What a rod sends back, over its length (section 6.1.2).",
     "upper-layer": "A stiff layer on a soft one: the waves over the upper layer's thickness (section 6.1.3).",
@@ -26,16 +26,13 @@ STUDIES = {
     "dissipation": "How a wave decays along a chain with losses (chapter 4).",
     "deformable-chain": "Beads that deform and vibrate, compared with point masses (sections 3.3 and 3.4).",
     "contact-law": "Contact laws by finite elements, compared with formulas (sections 3.3.1 and 5.3).",
-    "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
-    "yield": "Which impacts of the thesis make beads yield, and what that changes (chapter 7).",
 }
 """What each study shows. Sections and chapters are those of the thesis."""
 
 
 def study(name: str) -> ModuleType:
     """Return the module of a study, imported here."""
-    module = {"yield": "yielding"}.get(name, name.replace("-", "_"))
-    return import_module(f"hertzlink.studies.{module}")
+    return import_module(f"hertzlink.studies.{name.replace('-', '_')}")
 
 
 def captions(name: str) -> dict[str, str]:
