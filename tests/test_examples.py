@@ -33,6 +33,10 @@ NUMBERS = {
     "yielding.py": ([0.980, 506.6, 0.0, 0.0, 0.543, 548.9, 3.88, 60.8, 0.747, 519.8, 1.95, 35.5, 3.41, 50.7], 5e-3),
     "signal_from_file.py": ([45.4, 0.753, 460.6], 5e-3),
     "edge_from_a_tap.py": ([60.0, 4.83], 1e-2),
+    "what_a_trace_shows.py": (
+        [1.4, 0.24, 1.4, 0.34, 1.45, 1.4, 0.16, 1.45, 2.8, 0.16, 0.78, 2.8, 0.33, 0.29, 2.8, 0.13, 0.27],
+        5e-2,
+    ),
 }
 """The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
 the signal's come from the run behind it, the others are regressions."""

@@ -41,6 +41,7 @@ for (name, force), marker in zip(decay.items(), "osv^Dx", strict=True):
 axes.set(xlabel="bead", ylabel="peak force / peak force at bead 8 (%)", xticks=sensors, ylim=(40, 105))
 axes.legend(frameon=False, fontsize=8, loc="lower left")""",
     "wall": "hl.plots.traces(run, sensors=7)",
+    "what_a_trace_shows": "",
     "yielding": """import matplotlib.pyplot as plt
 import numpy as np
 
