@@ -8,9 +8,9 @@ All checks take the window (s) and the size of the drive: N for a structure, m f
 """
 
 import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from copy import deepcopy
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,8 +34,8 @@ WITHDRAWAL = 0.2
 
 
 class Trial:
-    """A participant with its drives. A drive holds a number for each contact point; of a chain it is a pair, the
-    surface at the start and the end of the window."""
+    """A participant with its drives: forces on the contact points, windows × points; of a chain the surface at the
+    start and the end of each window, windows × 2 × points."""
 
     def __init__(self, participant: Any, window: float, size: float | None = None) -> None:
         self.participant, self.window, self.start = participant, window, participant.start
@@ -43,49 +43,49 @@ class Trial:
         if self.is_chain:
             self.points = 1 if participant.behind is None else 2
         else:
-            with_words(takes_part, "structure", participant)
-            self.checked = with_words(CheckedParticipant, participant)
+            with as_assertions():
+                takes_part("structure", participant)
+                self.checked = CheckedParticipant(participant)
             self.points = self.checked.contacts
         self.size = size if size is not None else MOTION if self.is_chain else FORCE
 
-    def advance(self, state: Any, drive: Any, window: float | None = None) -> tuple[Any, Answers]:
+    def advance(self, state: Any, drive: Answers, window: float | None = None) -> tuple[Any, Answers]:
         """Return the new state and the answer, checked as in a run. The state may be changed."""
         window = self.window if window is None else window
         if not self.is_chain:
-            return with_words(self.checked.move, state, drive, window)  # type: ignore[no-any-return]
-        surface = drive if self.points == 2 else tuple(float(place[0]) for place in drive)
-        state, force = self.participant.advance(state, surface, window)
+            with as_assertions():
+                return self.checked.move(state, drive, window)
+        state, force = self.participant.advance(state, tuple(drive if self.points == 2 else drive[:, 0]), window)
         return state, np.atleast_1d(force)
 
-    def run(self, drives: Sequence[Any], parts: int = 1) -> Answers:
+    def run(self, drives: Iterable[Answers], parts: int = 1) -> Answers:
         """Return the answers, windows × points, from the start. Each window is cut into parts under the same drive."""
         state, answers = self.start(), []
         for drive in drives:
-            pieces = [drive] * parts
+            pieces, of_window = [drive] * parts, []
             if self.is_chain:
-                begin, end = drive
-                pieces = list(pairwise(begin + share * (end - begin) for share in np.linspace(0.0, 1.0, parts + 1)))
-            of_window = []
+                ends = drive[0] + np.linspace(0.0, 1.0, parts + 1)[:, None] * (drive[1] - drive[0])
+                pieces = [ends[i : i + 2] for i in range(parts)]
             for piece in pieces:
                 state, answer = self.advance(deepcopy(state), piece, self.window / parts)
                 of_window.append(answer)
             answers.append(np.mean(of_window, axis=0) if self.is_chain else of_window[-1])
         return np.array(answers)
 
-    def random(self, seed: int) -> list[Any]:
+    def drives(self, values: Answers) -> Answers:
+        """Return the drives of windows; values: windows × points, of a chain the places between windows."""
+        return self.size * (np.stack([values[:-1], values[1:]], axis=1) if self.is_chain else values)
+
+    def random(self, seed: int) -> Answers:
         """Return random drives; a chain starts where it touches the surface."""
         values = np.random.default_rng(seed).normal(size=(WINDOWS + self.is_chain, self.points))
         values[0] *= not self.is_chain
         return self.drives(values)
 
-    def pulse(self) -> list[Any]:
+    def pulse(self) -> Answers:
         """Return a smooth push and its end."""
         times = np.arange(WINDOWS + 1) if self.is_chain else np.arange(WINDOWS) + 0.5
         return self.drives(np.outer(np.sin(np.pi * times / WINDOWS) ** 2, np.ones(self.points)))
-
-    def drives(self, values: Answers) -> list[Any]:
-        """Return the drives of windows; values: windows × points, of a chain the places between windows."""
-        return list(pairwise(self.size * values)) if self.is_chain else list(self.size * values)
 
 
 def check_repeatable(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
@@ -148,14 +148,14 @@ def check_finite(participant: Any, window: float = WINDOW, size: float | None = 
     """Check that every answer is a finite number, also under strong forces."""
     trial = Trial(participant, window, size)
     for factor in (1.0,) if trial.is_chain else (1.0, STRONG):
-        finite = np.isfinite(trial.run([factor * np.array(drive) for drive in trial.random(7)])).all(axis=1)
+        finite = np.isfinite(trial.run(factor * trial.random(7))).all(axis=1)
         require(bool(finite.all()), f"not finite in window {int(np.argmin(finite))}")
 
 
 def check_starts_at_rest(participant: Any, window: float = WINDOW, rounding: float = 1e-12) -> None:
     """Check that without force the contact points of a structure stay where they are, within `rounding` m."""
     trial = Trial(participant, window)
-    greatest = abs(trial.run([np.zeros(trial.points)] * WINDOWS)).max()
+    greatest = abs(trial.run(np.zeros((WINDOWS, trial.points)))).max()
     require(not greatest > rounding, f"moves to {greatest:.3g} m without a force")
 
 
@@ -167,7 +167,7 @@ def check_passive(participant: Any, window: float = WINDOW, size: float | None =
     """
     trial = Trial(participant, window, size)
     state, place = trial.advance(trial.start(), np.zeros(trial.points))
-    forces, moves = trial.random(8), list[Answers]()
+    forces, moves = [*trial.random(8)], list[Answers]()
     for n in range(8 * WINDOWS):
         if n >= WINDOWS:
             share = mean_square(np.array(forces[:WINDOWS])) / (mean_square(np.array(moves[:WINDOWS])) or 1.0)
@@ -180,30 +180,24 @@ def check_passive(participant: Any, window: float = WINDOW, size: float | None =
     require(not work.min() < -tolerance * abs(work).max(), words)
 
 
-def push(participant: Any, window: float = WINDOW, size: float | None = None) -> tuple[float, float]:
-    """Return the inertia (kg) and the compliance (m/N) of a structure that a constant force pushes at all its points.
+def check_units(
+    participant: Any, window: float = WINDOW, size: float | None = None, mass: float | None = None,
+    stiffness: float | None = None,
+) -> tuple[float, float]:  # fmt: skip
+    """Check that a structure moves as in N, m and s, when a constant force pushes all its points.
 
-    The inertia is that of a mass which would move as far as the first point in the first SHORT s. The compliance is the
-    mean displacement of that point over HELD s, over the force.
+    Return its inertia, kg, that of a mass which would move as far as the first point in the first SHORT s, and its
+    compliance, m/N, the mean displacement of that point over HELD s, over the force. mass (kg) moves first at the
+    contact point; stiffness (N/m) is the static one there. Each need only be right to a factor of MARGIN. Without them,
+    only what moves more easily than a foil is wrong.
     """
     trial = Trial(participant, window, size)
     free, pushed = np.zeros(trial.points), np.full(trial.points, trial.size)
     begin, end = (float(trial.advance(trial.start(), force, SHORT)[1][0]) for force in (free, pushed))
     inertia = trial.size * SHORT**2 / (2.0 * (end - begin)) if end != begin else np.inf
     places = trial.run([pushed] * max(1, round(HELD / window)))[:, 0] - begin
-    return inertia, float(places.mean()) / trial.size
+    compliance = float(places.mean()) / trial.size
 
-
-def check_units(
-    participant: Any, window: float = WINDOW, size: float | None = None, mass: float | None = None,
-    stiffness: float | None = None,
-) -> tuple[float, float]:  # fmt: skip
-    """Check that a structure moves as in N, m and s; return its inertia and compliance, see `push`.
-
-    mass (kg) moves first at the contact point; stiffness (N/m) is the static one there. Each need only be right to a
-    factor of MARGIN. Without them, only what moves more easily than a foil is wrong.
-    """
-    inertia, compliance = push(participant, window, size)
     moves, why = f"moves in the first {SHORT:g} s like {inertia:.3g} kg", "check the units: N, m, s, and a displacement"
     require(not 0.0 <= inertia / SHORT < LEAST_RESISTANCE, f"{moves}, more easily than a foil; {why}")
     right = mass is None or 1.0 / MARGIN <= inertia / mass <= MARGIN
@@ -226,10 +220,11 @@ def check_structure(
     check_units(make(), window, size, mass, stiffness)
 
 
-def with_words(call: Callable[..., Any], *arguments: Any) -> Any:
-    """Return what a check of a run returns; its errors become those of these checks."""
+@contextmanager
+def as_assertions() -> Iterator[None]:
+    """Make the errors of a run those of these checks."""
     try:
-        return call(*arguments)
+        yield
     except (ValueError, FloatingPointError) as error:
         raise AssertionError(str(error)) from error
 

@@ -73,7 +73,7 @@ def assert_same_waves(
     >>> hl.testing.assert_same_waves(run, "wall.nc", update=True)
     >>> hl.testing.assert_same_waves(run, "wall.nc", rtol=1e-6)
     """
-    __tracebackhide__ = True  # pytest shows the table of differences, not this code.
+    __tracebackhide__ = True  # pytest shows the differences, not this code.
     path, reading, rtol = Path(reference).expanduser(), Reading(run), not_negative("rtol", rtol)
     if update is None:
         update = os.environ.get(UPDATE, "") not in ("", "0")
@@ -91,15 +91,13 @@ def assert_same_waves(
     if old is None:
         inputs = {name: str(run.attrs[name]) for name in ("input", "versions") if name in run.attrs}
         now = now.assign_attrs(format=FORMAT, hertzlink=versions()["hertzlink"], sensors=chosen, **inputs)
-        coding = {
-            name: {"zlib": True, "shuffle": True, "_FillValue": None} if variable.ndim else {"_FillValue": None}
-            for name, variable in now.variables.items()
-        }
+        packed, plain = {"zlib": True, "shuffle": True, "_FillValue": None}, {"_FillValue": None}
+        coding = {name: packed if variable.ndim else plain for name, variable in now.variables.items()}
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, bytes(now.to_netcdf(engine="h5netcdf", encoding=coding)))
-    elif lines := complaint(old, now, rtol):
+    elif lines := [*complaints(old, now, rtol)]:
         lines += [*origins(old, run), f"If the change is meant, write the reference again: update=True, or {UPDATE}=1."]
-        raise AssertionError(f"the waves differ from those in {path}:\n" + "\n".join(f"  {line}" for line in lines))
+        raise AssertionError("\n  ".join([f"the waves differ from those in {path}:", *lines]))
 
 
 def waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
@@ -119,70 +117,59 @@ def waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
                        for name, one in found.items()})  # fmt: skip
 
 
-def complaint(old: xr.Dataset, now: xr.Dataset, rtol: float) -> list[str]:
-    """Return what differs, in lines; none where all agrees."""
-    lines = []
-    for axis in dict.fromkeys(str(name) for data in (old, now) for name in data.dims if name != "time"):
-        there, here = (data[axis].values.tolist() if axis in data.dims else "none" for data in (old, now))
-        lines += [f"{axis} = {there} there and {here} here"] * (there != here)
-    (there, here), step = (1e6 * float(data.time[-1]) for data in (old, now)), 1e6 * float(old.time[1] - old.time[0])
-    cut = abs(here - there) > 1.5 * step
-    if not lines:
-        every = dict.fromkeys([*map(str, old.data_vars), *map(str, now.data_vars)])
-        rows = [row for name in every if (row := difference(name, old, now, rtol))]
-        if not rows and not cut:
-            return []
-        table = [("quantity", "reference", "now", "difference", "tolerance"), *rows]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in table]
-        lines.append(f"{len(every) - len(rows)} of {len(every)} quantities agree")
+def complaints(old: xr.Dataset, now: xr.Dataset, rtol: float) -> Iterator[str]:
+    """Yield what differs, in lines; none where all agrees."""
+    axes = dict.fromkeys(str(name) for data in (old, now) for name in data.dims if name != "time")
+    places = {
+        axis: [data[axis].values.tolist() if axis in data.dims else "none" for data in (old, now)] for axis in axes
+    }
+    if other := [f"{axis} = {there} there and {here} here" for axis, (there, here) in places.items() if there != here]:
+        yield from other
+        return
+    ends, step = [1e6 * float(data.time[-1]) for data in (old, now)], 1e6 * float(old.time[1] - old.time[0])
+    cut, names = abs(ends[1] - ends[0]) > 1.5 * step, dict.fromkeys([*old.data_vars, *now.data_vars])
+    interpolated = now.time.size != old.time.size or not np.allclose(now.time, old.time, rtol=1e-9, atol=0.0)
+    if interpolated:  # by cubic splines: straight lines would differ by 1e-4 between samples
+        now = now.interp(time=old.time.values.clip(now.time.values[0], now.time.values[-1]), method="cubic")
+    now = now.assign_coords(time=old.time)
+    wrong = [line for name in names if (line := difference(str(name), old, now, rtol))]
+    if wrong:
+        yield from [*wrong, f"{len(names) - len(wrong)} of {len(names)} quantities agree"]
     if cut:
-        lines.append(f"the record ends at {there:.6g} µs there and {here:.6g} µs here")
-    elif old.time.size != now.time.size:
-        lines.append(f"{old.time.size} saved times there and {now.time.size} here; forces interpolated")
-    return lines
+        yield f"the record ends at {ends[0]:.6g} µs there and {ends[1]:.6g} µs here"
+    elif wrong and interpolated:
+        yield "other saved times here than there; forces interpolated"
 
 
-def difference(name: str, old: xr.Dataset, now: xr.Dataset, rtol: float) -> tuple[str, ...]:
-    """Return the texts of a quantity that differs: its name, the reference, now, difference and tolerance; of several
-    runs those of the one that differs most. Empty where it agrees."""
+def difference(name: str, old: xr.Dataset, now: xr.Dataset, rtol: float) -> str:
+    """Return how a quantity differs; of several runs the one that differs most. Empty where it agrees."""
     if name not in now or name not in old:
-        return name, *("there" if name in data else "missing" for data in (old, now)), "-", "-"
-    there, here = old[name], now[name].transpose(*old[name].dims)
-    first, second = there.values.astype(float), here.values.astype(float)
+        return f"{name}: missing {'there' if name in now else 'here'}"
+    there, here, units = old[name], now[name], old[name].attrs.get("units", "N")
+    missing, gap = there.isnull() != here.isnull(), here - there
     if "time" in there.dims:
-        if not (now.time.size == old.time.size and np.allclose(now.time, old.time, rtol=1e-9, atol=0.0)):
-            # Straight lines would differ by 1e-4 between samples.
-            within = old.time.values.clip(now.time.values[0], now.time.values[-1])
-            second = here.interp(time=within, method="cubic").values
-        missing = (np.isnan(first) != np.isnan(second)).any(axis=-1)
-        gap, first, second = (
-            np.sqrt(np.mean(np.nan_to_num(values) ** 2, axis=-1)) for values in (second - first, first, second)
-        )
-        gap = np.where(missing, np.inf, gap)
-    else:
-        gap = np.where(np.isnan(first) & np.isnan(second), 0.0, np.nan_to_num(abs(second - first), nan=np.inf))
-    allowed = rtol * np.nan_to_num(abs(first))
-    worst = np.unravel_index(int(np.argmax(gap - allowed)), gap.shape)
-    if gap[worst] <= allowed[worst]:
-        return ()
-    axes = [axis for axis in there.dims if axis != "time"]
-    at = ", ".join(f"{axis} = {there[axis].values[place]}" for axis, place in zip(axes, worst, strict=True))
-    size, unit = handy([first[worst], second[worst]], there.attrs.get("units", "N"))
-    texts = [
-        f"{size * values[worst]:.{digits}g} {unit}".rstrip() if np.isfinite(values[worst]) else nothing
-        for values, digits, nothing in ((first, 7, "no wave"), (second, 7, "no wave"), (gap, 2, "-"), (allowed, 2, "-"))
-    ]
-    return f"{name} at {at}" if at else name, *texts
+        missing = missing.any("time")
+        gap, there, here = (((one.fillna(0.0) ** 2).mean("time") ** 0.5) for one in (gap, there, here))
+    gap = abs(gap).fillna(0.0).where(~missing, np.inf)
+    allowed = rtol * abs(there).fillna(0.0)
+    worst = np.unravel_index(int((gap - allowed).values.argmax()), gap.shape)
+    first, second, off, most = (float(one.transpose(*gap.dims).values[worst]) for one in (there, here, gap, allowed))
+    if off <= most:
+        return ""
+    at = ", ".join(f"{axis} = {gap[axis].values[place]}" for axis, place in zip(gap.dims, worst, strict=True))
+    size, unit = handy([first, second], units)
+    values = " and ".join(
+        f"{size * value:.7g} {unit}".rstrip() + f" {where}" if np.isfinite(value) else f"no wave {where}"
+        for value, where in ((first, "there"), (second, "here"))
+    )
+    return f"{name}{' at ' * bool(at)}{at}: {values}; they differ by {size * off:.2g}, allowed is {size * most:.2g}"
 
 
 def origins(old: xr.Dataset, run: xr.Dataset) -> Iterator[str]:
     """Yield a line on the versions and one on the input, and what differs in them."""
     writer, ours = str(old.attrs["hertzlink"]), versions()["hertzlink"]
-    first = f"hertzlink {writer} wrote the reference; " + (
-        "and is the version here" if writer == ours else f"this is {ours}"
-    )
-    for name, words in (("versions", [first]), ("input", [])):
+    wrote = f"hertzlink {writer} wrote the reference; {'as here' if writer == ours else f'this is {ours}'}"
+    for name, words in (("versions", [wrote]), ("input", [])):
         there, here = (stored(data.attrs.get(name)) for data in (old, run))
         changes = list(differences(there, here))
         more = [f"and {len(changes) - MOST_INPUTS} more"] * (len(changes) > MOST_INPUTS)

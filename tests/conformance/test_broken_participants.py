@@ -201,7 +201,7 @@ def test_a_run_warns_of_what_moves_more_easily_than_a_foil(wrong: type) -> None:
 
 
 def test_inertia_and_compliance_are_those_of_the_mass_and_the_spring() -> None:
-    inertia, compliance = checks.push(Sound())
+    inertia, compliance = checks.check_units(Sound())
     assert inertia == pytest.approx(Sound.mass, rel=1e-2)
     assert compliance == pytest.approx(1.0 / Sound.stiffness, rel=0.1)
 
