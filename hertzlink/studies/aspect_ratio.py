@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,7 +31,7 @@ def theory(ratio: float, speed: float) -> tuple[float, float]:
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
+    """Return AR, TOF and contact time for every plate and bead, at the centre of the plate.
 
     body: the thesis's plate, or the infinite plate by its point impedance. quick: the same, because it takes seconds.
     """
@@ -44,7 +45,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     def measure(run: xr.Dataset) -> xr.Dataset:
         contact = shared.scalars(contact_time=(hl.contact_time(run), "s", "last bead's contact with the plate"))
-        return shared.returned(run).merge(contact).assign(sensor_force=hl.sensor_force(run, shared.SENSOR))
+        return shared.returned(run).merge(contact)
 
     data = hl.sweep(build, UNTIL, jobs, measure, body=BODIES, thickness=THICKNESSES, diameter=DIAMETERS)
     lines = np.array([[theory(ratio, speed) for speed in SPEEDS] for ratio in RATIOS])
@@ -102,8 +103,8 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
-    ratios, (axis,) = draw.panels(1, width=4.6, height=3.6, ylabel="amplitude ratio AR")
+    """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory."""
+    ratios, (axis,) = draw.panels(ylabel="amplitude ratio AR")
     missing = data.amplitude_ratio.sel(body="plate").isnull()
     places = (data.diameter / data.thickness).where(missing).values
     draw.mark_missing(axis, places[np.isfinite(places)], 0, color="dimgrey", label="no wave came back")
@@ -111,19 +112,13 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     axis.set_ylim(0.0, 1.0)
 
     labels = ("time of flight (µs)", "time of flight / D (µs/mm)")
-    flights, axes = draw.panels(2, width=4.0, height=3.6, ylabels=labels)
+    flights, axes = draw.panels(2, width=4.0, ylabels=labels)
     normalised = data.time_of_flight / data.diameter * 1e3
     over_ratio(axes[0], data, data.time_of_flight * 1e6)
     over_ratio(axes[1], data, normalised, data.theory_time_of_flight * 1e3)
     axes[1].set_ylim(0.0, 1.6 * float(normalised.max()))
 
-    # The force at the sensor on the thinnest and the thickest plate, for the middle bead.
-    forces, (axis,) = draw.panels(1, width=4.8, height=3.4, xlabel="time (µs)", ylabel="force at the sensor (N)")
-    force = data.sensor_force.sel(body="plate", diameter=DIAMETERS[1], thickness=[THICKNESSES[0], THICKNESSES[-1]])
-    draw.lines(axis, force, "time", "thickness", "t = {:.2f} mm", 1e6, 1e3)
-    axis.set(title=f"D = {DIAMETERS[1] * 1e3:.2f} mm", xlim=(0.0, 1500.0))
-    axis.legend()
-    return {"amplitude_ratio": ratios, "time_of_flight": flights, "forces": forces}
+    return {"amplitude_ratio": ratios, "time_of_flight": flights}
 
 
 def over_ratio(
@@ -132,7 +127,7 @@ def over_ratio(
     """Draw filled markers for the thesis's plates, hollow ones for infinite plates, and lines of Zener's theory."""
     for i, diameter in enumerate(data.diameter.values):
         label, ratio = f"D = {diameter * 1e3:.2f} mm", diameter / data.thickness.values
-        look = draw.Look(color=draw.COLOURS[i], marker=draw.MARKERS[i], linestyle="none", clip_on=False)
+        look: dict[str, Any] = {"color": draw.COLOURS[i], "marker": draw.MARKERS[i], "ls": "none", "clip_on": False}
         finite, infinite = (values.sel(diameter=diameter, body=body) for body in BODIES)
         axis.plot(ratio, finite, markersize=4.5, label=label, **look)
         axis.plot(ratio, infinite, markersize=8.0, fillstyle="none", label=f"{label}, infinite plate", **look)

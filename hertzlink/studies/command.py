@@ -2,7 +2,6 @@
 
 from pathlib import Path
 from time import perf_counter
-from types import ModuleType
 
 import click
 import xarray as xr
@@ -13,68 +12,60 @@ from coupling.results.reading import read_netcdf
 from hertzlink.cli import FORCE, JOBS, Listing, output_option
 from hertzlink.output import check_output, deliver
 from hertzlink.studies import STUDIES, captions, draw, study
-from hertzlink.studies.compare import HEAD, compare, table
+from hertzlink.studies.compare import HEAD, Row, compare, table
 from structures.caution import collected
 from structures.checks import nearest
 
-TABLE, REPORT = "table.txt", "report.html"
 QUICK = "quick run (--quick), for a first look only"  # The remark on all files of such a run.
 # Formats of figures, and the name under which their files hold a remark.
 FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
-
-
-class Written:
-    """The table and the figures of a study's data, made once and then written. `shown` is for the terminal."""
-
-    def __init__(self, name: str, of: ModuleType, data: xr.Dataset, form: str = "png") -> None:
-        self.name, self.data, self.form = name, data, form
-        self.remark = str(data.attrs.get("comment", ""))
-        # The study of the thesis has a table and a summary of its own.
-        self.rows = of.table(data) if hasattr(of, "table") else compare(name, of.numbers(data))
-        with draw.style():
-            self.figures = of.figures(data)
-        self.table = "\n\n".join(filter(None, (self.remark, table(self.rows))))
-        self.shown = of.summary(data) if hasattr(of, "summary") else self.table
-
-    def write(self, into: Path, data: xr.Dataset | None = None) -> None:
-        """Write all files. data: the Dataset with its provenance and warnings; without it no netCDF file is written."""
-        if data is not None:
-            (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
-        for title, figure in self.figures.items():
-            if self.remark:
-                figure.supxlabel(self.remark, x=0.99, ha="right", color="firebrick", fontsize="small")
-            metadata = {FORMATS[self.form]: self.remark} if self.remark else None
-            figure.savefig(into / f"{title}.{self.form}", metadata=metadata)
-        (into / REPORT).write_text(self.report(self.data if data is None else data), encoding="utf-8")
-
-    def report(self, data: xr.Dataset) -> str:
-        """Return the report as HTML; the time that the study took, s, is the attribute `time_taken` of the data."""
-        from hertzlink.reports import Page, Picture, Table, html, sketch_and_input, usual_facts
-
-        words, took = captions(self.name), data.attrs.get("time_taken")
-        sketch, texts = sketch_and_input(data)
-        about = [STUDIES[self.name], "Equations, figures, tables and sections are those of the thesis."]
-        pictures = [*(Picture(figure, words[name], name) for name, figure in self.figures.items()), *sketch]
-        numbers = [row.cells for row in self.rows], [row.remark for row in self.rows]
-        tables = [Table("Numbers of the thesis and of hertzlink", tuple(HEAD), *numbers)]
-        facts = usual_facts(None if took is None else float(took), data.attrs)
-        findings = one_of_each(findings_of(data))
-        return html(Page(f"Study {self.name}", about, pictures, tables, findings, texts, facts, self.remark))
-
-
-def read_study(file: Path) -> tuple[str, xr.Dataset]:
-    """Return name and the data of a study from the netCDF file that it wrote; raise a ValueError for any other file."""
-    data = read_netcdf(file)
-    name = stored(data.attrs.get("input")).get("study")
-    if name not in STUDIES:
-        raise ValueError(f"{file}: was not written by a study; give the .nc file of `hertzlink study`")
-    return str(name), data
-
-
 FIGURES = click.option(
     "--figures", "form", type=click.Choice([*FORMATS]), default="png", help="Format of the figures; by default png."
 )
+
+
+Found = tuple[list[Row], dict[str, draw.Figure]]
+
+
+def found_in(name: str, data: xr.Dataset) -> Found:
+    """Return the rows of the table of a study, and its figures by their titles."""
+    of = study(name)
+    with draw.style():
+        return of.table(data) if hasattr(of, "table") else compare(name, of.numbers(data)), of.figures(data)
+
+
+def write(
+    name: str, data: xr.Dataset, found: Found, folder: Path, force: bool, form: str, with_data: bool = True
+) -> None:
+    """Write the files of a study, and show its table. with_data: whether the netCDF file is one of them.
+
+    The comment of the data is a remark on all files; the time that the study took, s, is their attribute `time_taken`.
+    """
+    from hertzlink.reports import Page, Picture, Table, html, sketch_and_input, usual_facts
+
+    of, (rows, figures), remark = study(name), found, str(data.attrs.get("comment", ""))
+    text = "\n\n".join(filter(None, (remark, table(rows))))
+
+    def write_files(into: Path) -> None:
+        if with_data:
+            (into / f"{name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+        (into / "table.txt").write_text(text + "\n", encoding="utf-8")
+        for title, figure in figures.items():
+            if remark:
+                figure.supxlabel(remark, x=0.99, ha="right", color="firebrick", fontsize="small")
+            figure.savefig(into / f"{title}.{form}", metadata={FORMATS[form]: remark} if remark else None)
+
+        words, took = captions(name), data.attrs.get("time_taken")
+        sketch, texts = sketch_and_input(data)
+        about = [STUDIES[name], "Equations, figures, tables and sections are those of the thesis."]
+        pictures = [*(Picture(figure, words[title], title) for title, figure in figures.items()), *sketch]
+        numbers = [row.cells for row in rows], [row.remark for row in rows]
+        tables = [Table("Numbers of the thesis and of hertzlink", tuple(HEAD), *numbers)]
+        facts = usual_facts(None if took is None else float(took), data.attrs)
+        page = Page(f"Study {name}", about, pictures, tables, one_of_each(findings_of(data)), texts, facts, remark)
+        (into / "report.html").write_text(html(page), encoding="utf-8")
+
+    deliver(folder, write_files, force, of.summary(data) if hasattr(of, "summary") else text)
 
 
 def begun(context: click.Context, parameter: click.Parameter, part: str) -> list[str]:
@@ -101,15 +92,14 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     try:
         with collected() as findings:
             begin = perf_counter()
-            chosen = study(name)
-            data = chosen.run(quick, jobs)
+            data = study(name).run(quick, jobs)
             data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
-            found = Written(name, chosen, data.assign_attrs({"comment": QUICK} if quick else {}), form)
+            found = found_in(name, data)
     finally:
         warn(one_of_each(findings))
     inputs = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = with_warnings(found.data.assign_attrs(provenance(inputs)), findings)
-    deliver(folder, lambda into: found.write(into, data), force, found.shown)
+    data = data.assign_attrs(provenance(inputs) | ({"comment": QUICK} if quick else {}))
+    write(name, with_warnings(data, findings), found, folder, force, form)
 
 
 @click.command("draw", short_help="Draw a study again from its netCDF file.")
@@ -119,8 +109,10 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
 @FIGURES
 def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
     """Draw a study again, without a run: figures, table and report, from the netCDF FILE that the study wrote."""
-    name, data = read_study(store)
+    data = read_netcdf(store)
+    name = str(stored(data.attrs.get("input")).get("study"))
+    if name not in STUDIES:
+        raise ValueError(f"{store}: was not written by a study; give the .nc file of `hertzlink study`")
     folder = output or Path(f"{name}-drawn")
     check_output(folder, force)
-    found = Written(name, study(name), data, form)
-    deliver(folder, found.write, force, found.shown)
+    write(name, data, found_in(name, data), folder, force, form, with_data=False)

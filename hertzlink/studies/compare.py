@@ -67,11 +67,6 @@ class Printed(NamedTuple):
     remark: str
 
     @property
-    def text(self) -> str:
-        """What stands in the column "thesis"."""
-        return self.words or " to ".join(dict.fromkeys((self.low, self.high)))
-
-    @property
     def ranges(self) -> tuple[Range, ...]:
         """The numbers that round to the digits, with the tolerance of the kind; and those that are cut off to them."""
         low, high = exact_range(self.low, self.high)
@@ -111,20 +106,19 @@ def compare(study: str, numbers: Iterable[Number]) -> list[Row]:
     """Return the numbers of a study beside those of the thesis, with verdicts."""
     rows = []
     for number in numbers:
-        first, *others = as_cases(number.ours).items()
+        line, (first, *others) = printed(study).get(number.name), as_cases(number.ours).items()
         ours, conditions = shown(first[1]), [f"{name}: {shown(case)}" for name, case in others]
-        line = printed(study).get(number.name)
         if line is None:
-            remarks = [number.remark, *conditions]
-            rows.append(Row(number.name, number.unit, "", ours, "", "; ".join(filter(None, remarks))))
-            continue
-        word, why = verdict(line, number.ours)
-        source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
-        conditions = [one for one in conditions if why != f"with {one}"]
-        remarks = [source, why, number.remark, line.remark, *conditions]
-        if line.kind == MISPRINT == word:
-            ours = line.corrected
-        rows.append(Row(number.name, line.unit, line.text, ours, word, "; ".join(filter(None, remarks))))
+            unit, thesis, word, remarks = number.unit, "", "", [number.remark]
+        else:
+            word, why = verdict(line, number.ours)
+            source = line.source if word else f"{line.source}: {NOT_JUDGED[line.kind]}"
+            conditions = [one for one in conditions if why != f"with {one}"]
+            if line.kind == MISPRINT == word:
+                ours = line.corrected
+            unit, thesis = line.unit, line.words or " to ".join(dict.fromkeys((line.low, line.high)))
+            remarks = [source, why, number.remark, line.remark]
+        rows.append(Row(number.name, unit, thesis, ours, word, "; ".join(filter(None, [*remarks, *conditions]))))
     return rows
 
 
@@ -148,7 +142,13 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
         return MISPRINT, f"corrected: {line.corrected}"
     if line.span and agrees(exact_range(*line.span.split(" to ")), own):
         return AGREES, f"within what the thesis prints for it, {line.span}"
-    return DIFFERS, distance(line, own)
+    if isinstance(own, bool | str):
+        return DIFFERS, ""
+    # How far ours lies from the printed number, at the end that lies farther away.
+    ends = zip((line.low, line.high), as_range(own), (min, max), strict=True)
+    known = [(float(Fraction(end)), value, outer) for end, value, outer in ends if end]
+    off = max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
+    return DIFFERS, f"by {100.0 * off:+.2g} %" if off else ""
 
 
 def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
@@ -161,14 +161,13 @@ def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
     return expected[0] <= high and low <= expected[1]
 
 
-def distance(line: Printed, ours: Case) -> str:
-    """Return in words how far ours lies from the printed number, at the end that lies farther away."""
-    if isinstance(ours, bool | str):
-        return ""
-    ends = zip((line.low, line.high), as_range(ours), (min, max), strict=True)
-    known = [(float(Fraction(end)), value, outer) for end, value, outer in ends if end]
-    off = max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
-    return f"by {100.0 * off:+.2g} %" if off else ""
+def as_cases(ours: Ours) -> dict[str, Case]:
+    """Return ours by condition; a single one has no name."""
+    return dict(ours) if isinstance(ours, Mapping) else {"": ours}
+
+
+def as_range(ours: float | Range) -> Range:
+    return (min(ours), max(ours)) if isinstance(ours, tuple) else (float(ours), float(ours))
 
 
 def exact_range(low: str, high: str) -> Range:
@@ -180,15 +179,6 @@ def rounded(low: str, high: str) -> Range:
     """Return the numbers that round to the digits of two texts."""
     ends = exact_range(low, high)
     return ends[0] - 0.5 * last_digit(low), ends[1] + 0.5 * last_digit(high)
-
-
-def as_cases(ours: Ours) -> dict[str, Case]:
-    """Return ours by condition; a single one has no name."""
-    return dict(ours) if isinstance(ours, Mapping) else {"": ours}
-
-
-def as_range(ours: float | Range) -> Range:
-    return (min(ours), max(ours)) if isinstance(ours, tuple) else (float(ours), float(ours))
 
 
 def last_digit(text: str) -> float:

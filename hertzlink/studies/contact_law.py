@@ -12,7 +12,7 @@ from scipy.special import ellipkm1
 import hertzlink as hl
 from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.compare import Number
-from hertzlink.studies.shared import over, scalars
+from hertzlink.studies.shared import along, scalars
 from hertzlink.studies.waves import PowerFit, power_fit
 from particles.laws.axisymmetric import ComputedLaw
 from structures.caution import collected
@@ -76,7 +76,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
             stiffness=("fit", [fit.stiffness for fit in fits], {"units": "N/m^n"}),
         )
 
-    data = over(of_contact, contact=list(BODIES))
+    data = along("contact", BODIES, of_contact)
     printed = [law.force(APPROACHES) for law in hollow_spheres.TABLE_5_1.values()]
     data["printed"] = (("ratio", "approach"), printed, newton | {"long_name": "contact law of Table 5.1"})
     approaches = ("approach", APPROACHES, {"units": "m"})
@@ -146,7 +146,7 @@ def angle_of_ends(approach: float) -> float:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return figures 3.2, 5.3b and 5.12b of the thesis."""
+    """Return figures 5.3b and 5.12b of the thesis."""
     microns = data.approach.values * 1e6
 
     def line(name: str, label: str, expected: xr.DataArray) -> draw.Line:
@@ -157,16 +157,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     printed = [line(name, f"Ri/Ro = {ratio:g}", data.printed.sel(ratio=ratio)) for name, ratio in HOLLOW.items()]
     labels, computed, theirs = draw.FORCE_OVER_APPROACH, "finite elements", "the thesis's finite elements"
 
-    # Two hemispheres, with the fitted line.
-    spheres, (axis,) = draw.panels(1, 4.6, 3.6, xlabel="approach (µm)", ylabel="contact force (N)")
-    at = data.sel(contact=SPHERES)
-    stiffness, n = (float(at[name].sel(fit=RELATIVE)) for name in ("stiffness", "exponent"))
-    draw.theory_line(axis, microns, stiffness * data.approach.values**n, f"fit over 0.2 to 10 µm, n = {n:.3f}")
-    draw.points(axis, microns, at.force.values, 0, computed)
-    draw.logarithmic(axis)
-    axis.legend()
     return {
-        "spheres": spheres,
         "ellipsoids": draw.compared(hertz, labels, theory="Hertz", simulation=computed),
         "hollow_spheres": draw.compared(printed, labels, log=True, theory=theirs, simulation=computed),
     }

@@ -18,15 +18,13 @@ from structures.structure import Vector
 
 # The striker is a bead of the same kind: the thesis's N = 21.
 BEAD, BEADS = hl.Sphere(2.38e-3, hl.STEEL_316), 20
-WALL = hl.half_space(hl.Material(1e20, 0.3, 8000.0, "rigid"))  # The thesis's perfectly rigid plate.
 SHAPE_SPEED, MESH_SPEED = 0.63, 0.5  # m/s, of the striker, in sections 3.3.2 and 3.4.
 IMPACT_SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of figure 3.5; the thesis does not print its own.
-SENSORS = (10, 15)
+SENSOR = 10
 # The contacts between which a speed is read; the second, between beads 15 and 16, is that of figure 3.8a.
 CONTACTS = (10, 16)
-# s: the wave of 0.5 m/s has passed contact 16 and has not reached the wall; the same with its echo; saved times.
-UNTIL, WITH_ECHO, SAVE_EVERY = 165e-6, 300e-6, 0.25e-6
-PASSING = slice(0.4 * UNTIL, 0.8 * UNTIL)  # Times at which the whole wave is inside the chain.
+# s: the wave of 0.5 m/s has passed contact 16 and has not reached the end; saved times.
+UNTIL, SAVE_EVERY = 165e-6, 0.25e-6
 FITTED_TOP = 0.9  # The top of a pulse, which is fitted, begins at this fraction of its peak.
 SPACING, QUICK_SPACING = 2.5e-6, 20e-6  # m, of the mesh of the contact law.
 LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s.
@@ -49,17 +47,17 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     law = hl.laws.computed_law(BEAD, max_approach=LAW_APPROACH, spacing=QUICK_SPACING if quick else SPACING)
     run = hl.CoSimulation(chain("modes", MESH_SPEED, law), None).run(UNTIL, SAVE_EVERY)
     time = shared.scalars(seconds=(process_time() - begin, "s", "time of the processor"))
-    share = (run.vibration_energy / run.impact_energy).reset_coords(drop=True)
-    share = share.assign_attrs(units="1", long_name="vibration of a bead over the impact")
 
     points = hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, SAVE_EVERY)
     models = xr.concat([measure(points), measure(run)], "beads").assign_coords(beads=list(MODELS))
-    speeds = shared.over(of_speed, beads=MODELS, impact_speed=IMPACT_SPEEDS[:: 4 if quick else 1])
+    few = IMPACT_SPEEDS[:: 4 if quick else 1]
+    speeds = shared.along(
+        "beads", MODELS, lambda beads: shared.along("impact_speed", few, lambda speed: of_speed(beads, speed))
+    )
     label = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
     speeds["theory"] = (speeds.peak_force.dims, by_force(speeds.peak_force.values), label)
-    found = [models.assign(vibration_share=share), time, shared.over(with_echo, beads=MODELS)]
-    data = xr.merge([*found, shared.named(speeds, "speed")])
-    return shared.with_units(data, impact_speed="m/s", shape_time="s")
+    found = [models, time, shared.along("beads", MODELS, shape)]
+    return shared.with_units(xr.merge([*found, shared.named(speeds, "speed")]), impact_speed="m/s")
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -81,15 +79,13 @@ def measure(run: xr.Dataset) -> xr.Dataset:
     )
 
 
-def with_echo(beads: str) -> xr.Dataset:
-    """Return section 3.3.2: measures, and forces at both sensors over `shape_time`, s, with the echo of the wall."""
-    run = hl.CoSimulation(chain(beads, SHAPE_SPEED), WALL).run(WITH_ECHO, SAVE_EVERY)
-    data = shared.named(measure(run.sel(time=slice(None, UNTIL))), "shape")
-    data["sensor_force"] = shared.sensor_forces(run, SENSORS)
-    section = data.sensor_force
-    if "section_force" in run:
-        section = run.section_force.sel(bead=list(SENSORS)).rename(bead="sensor")
-    return data.assign(section_force=section).reset_coords(drop=True).rename(time="shape_time")
+def shape(beads: str) -> xr.Dataset:
+    """Return section 3.3.2: measures, and forces at bead 10 over time, of its contacts and through its section."""
+    run = hl.CoSimulation(chain(beads, SHAPE_SPEED), None).run(UNTIL, SAVE_EVERY)
+    mean = hl.sensor_force(run, SENSOR)
+    section = run.section_force.sel(bead=SENSOR) if "section_force" in run else mean
+    data = shared.named(measure(run), "shape").assign(sensor_force=mean, section_force=section)
+    return data.reset_coords(drop=True)
 
 
 def of_speed(beads: str, impact_speed: float) -> xr.Dataset:
@@ -103,11 +99,11 @@ def by_force(force: Vector | float) -> Vector:
     return shared.long_waves(BEAD).wave_speed_from_force(np.asarray(force))
 
 
-def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
+def at_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
     """Return forces at bead 10, N: of contacts, of its section; theory, averaged over contacts, and at the centre."""
-    near = data.sel(sensor=SENSORS[0], beads="modes", shape_time=slice(None, 0.8 * UNTIL))
-    mean, time, speed = near.sensor_force, near.shape_time.values, float(near.shape_wave_speed)
-    crest, half = float((mean * near.shape_time).sum() / mean.sum()), 0.5 * BEAD.size / speed
+    near = data.sel(beads="modes", time=slice(None, 0.8 * UNTIL))
+    mean, time, speed = near.sensor_force, near.time.values, float(near.shape_wave_speed)
+    crest, half = float((mean * near.time).sum() / mean.sum()), 0.5 * BEAD.size / speed
     waves = shared.long_waves(BEAD)
 
     def theory(crest: float) -> Vector:
@@ -120,7 +116,7 @@ def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    # Figures 3.3 to 3.5.
+    # Section 3.3.2.
     rigid, soft = data.shape_wave_speed.sel(beads=list(MODELS)).values.tolist()
     faster = (SHAPE_SPEED / MESH_SPEED) ** 0.2
     reached = SHAPE_SPEED * (635.0 / rigid) ** 5
@@ -137,31 +133,21 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("wave speed, discrete particles", {"": slow, "equation 1.10 at this force": float(by_force(rigid))})
     yield Number("wave speed, finite elements", slower)
     yield Number("time with modes", f"{float(data.seconds):.2g} s")
-
-    # What point masses lack: the section of figure 3.3, and the energy of vibrations.
     yield Number("fastest motion over dilatational speed", "")
     yield Number("kinetic over potential energy", "")
-    passing = data.vibration_share.sum("bead").sel(time=PASSING)
-    said = "of the striker's; nearly all of it is the beads' compression, which the wave takes with it"
-    yield Number("energy in vibrations while the wave passes", 100.0 * float(passing.mean()), said, "%")
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return figures 3.3 (section), 3.4 (sensors) and 3.5 (speed_force)."""
-    sensors, panels = draw.each(data, "beads", NAMES.__getitem__, ylabels=["mean of the contacts (N)"])
-    for axis, beads in panels:
-        draw.lines(axis, beads.sensor_force, "shape_time", "sensor", "bead {}", 1e6)
-        axis.set_xlabel("time (µs)")
-    draw.legend_above(sensors, axis, 2)
-    return {"section": section(data), "sensors": sensors, "speed_force": speed_force(data)}
+    """Return figures 3.3 (section) and 3.5 (speed_force)."""
+    return {"section": section(data), "speed_force": speed_force(data)}
 
 
 def section(data: xr.Dataset) -> draw.Figure:
     """Return the force through the central section beside the mean of the contacts, and their difference."""
-    mean, section, averaged, centre = at_first_sensor(data)
+    mean, section, averaged, centre = at_sensor(data)
     labels = ("force at bead 10 (N)", "central section minus mean (N)")
     figure, axes = draw.panels(2, width=3.8, height=3.8, xlabel="time (µs)", ylabels=labels)
-    time = mean.shape_time.values * 1e6
+    time = mean.time.values * 1e6
     axes[0].plot(time, section, "-", color=draw.COLOURS[1], label="central section")
     axes[0].plot(time, mean, "--", color=draw.COLOURS[0], label="mean of the contacts")
     axes[0].plot(time, averaged, "*-k", markevery=8, linewidth=0.8, label="theory of long waves, mean of the contacts")

@@ -14,12 +14,12 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw, waves
 from hertzlink.studies.compare import Number
-from hertzlink.studies.shared import long_waves, sensor_forces, with_units
+from hertzlink.studies.shared import long_waves, with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
 BEADS, RADIUS, IMPACT_SPEED = 70, 2.38e-3, 1.77
-SENSORS, SHOWN_SENSORS = (9, 16, 24, 31, 40, 50, 56, 63), (16, 56)  # Figures 4.3b and c show two.
+SENSORS = (9, 16, 24, 31, 40, 50, 56, 63)
 # m/s. Figure 4.2a shows two of ten striker speeds, but prints only 1.77 m/s; the other one is taken as half of it.
 SHOWN_SPEEDS = (0.885, IMPACT_SPEED)
 IMPACT_SPEEDS = tuple(np.geomspace(0.3, 3.0, 8))  # m/s, of figure 4.2b; the thesis does not print its own.
@@ -94,37 +94,30 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
             wall = replace(hl.half_space(hl.STEEL_316), surface=STEEL.bead.surface)
         return hl.CoSimulation(hl.Chain([STEEL.bead] * BEADS, STEEL.bead, IMPACT_SPEED), wall)
 
-    def with_history(run: xr.Dataset) -> xr.Dataset:
-        contacts = run.contact_force.max("time").reset_coords(drop=True)
-        force = sensor_forces(run, SHOWN_SENSORS).rename(sensor="shown")
-        label = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
-        return peaks(run).assign(force=force, contact_peak=contacts.assign_attrs(label))
-
     def secondary_wave(run: xr.Dataset) -> xr.Dataset:
         wave = hl.reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
-        return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
+        return xr.Dataset({"secondary": wave.amplitude_ratio if wave else np.nan})
 
-    # All laws in steel with the force over time, and all except the drag in PTFE and brass.
-    steel, *others = (
-        hl.sweep(
-            of_material, of.until(), jobs, with_history if of is STEEL else peaks,
-            material=[name], law=LAWS if of is STEEL else LAWS[:-1],
-        )
+    # All laws in steel, and all except the drag in PTFE and brass.
+    materials = [
+        hl.sweep(of_material, of.until(), jobs, peaks, material=[name], law=LAWS if of is STEEL else LAWS[:-1])
         for name, of in TABLE_4_1.items()
-    )  # fmt: skip
-    data = xr.concat([part[["peak", "arrival"]] for part in (steel, *others)], "material", join="outer")
-    data = data.assign(steel[["force", "contact_peak"]].isel(material=0, drop=True).data_vars).assign_attrs(steel.attrs)
+    ]
     slowest = STEEL.until(min(SHOWN_SPEEDS))
     corners = hl.sweep(of_corner, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
     swept = hl.sweep(of_speed, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
-    swept = swept.sel(sensor=list(SENSORS)).rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor")
-    met = hl.sweep(meeting, MEETING_UNTIL, jobs, secondary_wave, meeting=MEETINGS)
-    found = [data, corners.rename(peak="corner_peak").drop_vars("arrival"), swept, met]
+    swept = swept[["peak", "arrival"]].sel(sensor=list(SENSORS))
+    found = [
+        xr.concat(materials, "material", join="outer", combine_attrs="override"),
+        corners[["peak"]].rename(peak="corner_peak"),
+        swept.rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor"),
+        hl.sweep(meeting, MEETING_UNTIL, jobs, secondary_wave, meeting=MEETINGS),
+    ]  # fmt: skip
     return with_units(xr.merge(found, join="outer", combine_attrs="override"), shown_speed="m/s", striker_speed="m/s")
 
 
 def peaks(run: xr.Dataset) -> xr.Dataset:
-    """Return the largest force (N) and its time (s) at each bead except the last, interpolated by a parabola.
+    """Return the largest force (N) at each contact, and at each bead except the last, with its time (s), by a parabola.
 
     No wave returns before this time from the free end, so this is the incident wave.
     """
@@ -135,10 +128,12 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
     before, peak, after = (force[beads - 1, top + shift] for shift in (-1, 0, 1))
     share = 0.5 * (before - after) / (before - 2.0 * peak + after)
     arrival = float(run.time[1] - run.time[0]) * (top + share)
+    label = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
     return xr.Dataset(
         {
             "peak": ("sensor", peak - 0.25 * (before - after) * share, {"units": "N", "long_name": "peak force"}),
             "arrival": ("sensor", arrival, {"units": "s", "long_name": "time of the peak"}),
+            "contact_peak": run.contact_force.max("time").reset_coords(drop=True).assign_attrs(label),
         },
         coords={"sensor": beads},
     )
@@ -173,29 +168,29 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
         yield Number(f"mass, {name}", of.bead.mass * 1e3)
         ends = data.peak.sel(material=name, law=list(LAWS[1:4]))
         force, pairwise, acceleration = (ends.sel(sensor=56) / ends.sel(sensor=9)).values
-        said = (
-            f"F(56)/F(9) with γ as a force {force:.4g}, as an acceleration {acceleration:.4g}, pairwise {pairwise:.4g}"
-        )
-        yield Number(f"α and γ, {name}", f"{of.exponent}, {of.coefficient:g}", said)
-    steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
-    drag, plain = ", ".join(f"{value:.1f}" for value in steel.sel(law="drag").values), steel.sel(law="undamped")
-    yield Number("α₁, steel 316", DRAG_RATE, f"forces at the sensors {drag} N, for {float(plain[0]):.1f} N without it")
-    yield Number("exponent of speed over force, undamped", waves.power_exponent(*forces_and_speeds(data, "undamped")))
-    lossy = waves.power_exponent(*forces_and_speeds(data, "thesis"))
-    yield Number("exponent of speed over force, thesis's law", lossy)
+        said = f"F(56)/F(9) with γ as a force {force:.4g}, as an acceleration {acceleration:.4g}, "
+        yield Number(f"α and γ, {name}", f"{of.exponent}, {of.coefficient:g}", f"{said}pairwise {pairwise:.4g}")
+    steel = data.sel(material="steel 316")
+    at_sensors = steel.peak.sel(sensor=list(SENSORS))
+    drag, plain = (at_sensors.sel(law=law).values for law in ("drag", "undamped"))
+    said = f"forces at the sensors {', '.join(f'{value:.1f}' for value in drag)} N, for {plain[0]:.1f} N without it"
+    yield Number("α₁, steel 316", DRAG_RATE, said)
+    for law, name in (("undamped", "undamped"), ("thesis", "thesis's law")):
+        exponent = waves.power_exponent(*forces_and_speeds(data, law))
+        yield Number(f"exponent of speed over force, {name}", exponent)
     yield Number("γ of ellipsoids at 0.37 m/s", "not comparable")
     yield Number("speed from which beads yield", yield_speed(STEEL.bead))
     contact, bead = data.secondary.sel(meeting=list(MEETINGS)).values.tolist()
     yield Number("secondary wave after waves meet at a contact", {"": contact, "at a bead": bead})
-    undamped = data.sel(law="undamped")
-    at_centres = formation(undamped.peak.sel(material="steel 316"))
+    undamped = steel.sel(law="undamped")
+    at_centres = formation(undamped.peak)
     said = f"until peak contact forces stay within 1 %; forces at bead centres after {at_centres}"
     yield Number("beads to form a solitary wave", float(formation(undamped.contact_peak)), said)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
-    decay, (axis,) = draw.panels(1, width=4.6, height=3.6, xlabel="bead number n", ylabel="maximum force (N)")
+    """Return the decay over beads (figure 4.2a), and speed over force (4.2b)."""
+    decay, (axis,) = draw.panels(xlabel="bead number n", ylabel="maximum force (N)")
     for i, speed in enumerate(data.shown_speed.values):
         corners, colour = data.corner_peak.sel(shown_speed=speed), draw.COLOURS[i]
         label = f"losses of the thesis, {speed:g} m/s"
@@ -206,7 +201,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     axis.set_ylim(bottom=0.0)
     axis.legend()
 
-    speeds, (axis,) = draw.panels(1, width=4.6, height=3.6, xlabel="maximum force (N)", ylabel="front speed (m/s)")
+    speeds, (axis,) = draw.panels(xlabel="maximum force (N)", ylabel="front speed (m/s)")
     for i, (law, name) in enumerate((("undamped", "undamped"), ("thesis", "thesis's law"))):
         force, speed = forces_and_speeds(data, law)
         draw.points(axis, force, speed, i, f"{name}, fitted slope {waves.power_exponent(force, speed):.3f}")
@@ -215,24 +210,4 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     draw.theory_line(axis, ends, middle, "slope 1/6", "--")
     draw.logarithmic(axis)
     axis.legend()
-    return {"decay": decay, "speed_over_force": speeds, "laws": laws(data)}
-
-
-def laws(data: xr.Dataset) -> draw.Figure:
-    """Return the peaks at the sensors, and the forces over time at two of them, by each law."""
-    figure, axes = draw.panels(3, width=3.0, height=3.2, ylabels=["maximum force (N)", "force (N)", "force (N)"])
-    names = {"undamped": "undamped", "thesis": "the thesis's law", "pairwise": "the same α and γ, pairwise",
-             "drag": f"drag, α₁ = {DRAG_RATE:g} 1/s"}  # fmt: skip
-    steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
-    for (law, label), style in zip(names.items(), ("-", "--", "-.", ":"), strict=True):
-        axes[0].plot(SENSORS, steel.sel(law=law), linestyle=style, label=label)
-        for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
-            axis.plot(data.time * 1e6, data.force.sel(law=law, shown=sensor), style)
-    axes[0].set(title="peaks at the sensors", xlabel="bead number n")
-    axes[0].set_ylim(bottom=0.0)
-    for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
-        force = data.force.sel(shown=sensor, law=list(names))
-        busy = force.time[(force > 0.01 * force.max("time")).any("law").values] * 1e6
-        axis.set(title=f"n = {sensor}", xlabel="time (µs)", xlim=(float(busy[0]) - 5.0, float(busy[-1]) + 5.0))
-    draw.legend_above(figure, axes[0], 4)
-    return figure
+    return {"decay": decay, "speed_over_force": speeds}

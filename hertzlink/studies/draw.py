@@ -12,14 +12,12 @@ from coupling.plots.canvas import mark_missing as mark_missing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure as Figure
 else:
     # Studies name these types; a process that draws nothing does not load matplotlib.
     Axes = Figure = Any
 
 Line = tuple[str, np.ndarray, np.ndarray, np.ndarray]  # Label, x, simulated values and those of a theory.
-Look = dict[str, Any]  # Settings of matplotlib.
 MARKERS = ("o", "s", "^", "D", "v", "P")
 STYLE = {"lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False, "legend.fontsize": "small"}
 SPEED_OVER_FORCE = ("peak contact force (N)", "wave speed (m/s)")
@@ -33,17 +31,17 @@ def style() -> AbstractContextManager[None]:
 
 
 def panels(
-    count: int, width: float = 3.4, height: float = 3.2, sharey: bool = False,
-    titles: Iterable[str] = (), ylabels: Iterable[str] = (), rows: int = 1, **labels: Any,
+    count: int = 1, width: float = 4.6, height: float = 3.6, sharey: bool = False,
+    titles: Iterable[str] = (), ylabels: Iterable[str] = (), **labels: Any,
 ) -> tuple[Figure, list[Axes]]:  # fmt: skip
-    """Return a row of panels, or several rows. Curves take COLOURS and MARKERS in order; the style "-" has no marker.
+    """Return a row of panels. Curves take COLOURS and MARKERS in order; the style "-" has no marker.
 
     titles, ylabels: of the first panels; labels: of all, as of `Axes.set`.
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width * count + 0.6, height * rows), layout="constrained", dpi=200)
-    axes = figure.subplots(rows, count, sharex=rows > 1, sharey=sharey, squeeze=False).ravel().tolist()
+    figure = Figure(figsize=(width * count + 0.6, height), layout="constrained", dpi=200)
+    axes = figure.subplots(1, count, sharey=sharey, squeeze=False).ravel().tolist()
     for axis in axes:
         axis.grid(alpha=0.25, linewidth=0.5)
         axis.set_prop_cycle(color=COLOURS, marker=MARKERS)
@@ -61,18 +59,6 @@ def each(
     values = data[name].values
     figure, axes = panels(len(values), titles=map(title, values), sharey=sharey, **how)
     return figure, [(axis, data.sel({name: value})) for axis, value in zip(axes, values, strict=True)]
-
-
-def lines(
-    axis: Axes, values: xr.DataArray, over: str, by: str, label: str = "{}", factor: float = 1.0, size: float = 1,
-    style: str = "-",
-) -> None:  # fmt: skip
-    """Draw a variable over one of its coordinates, a line for each value of another one.
-
-    label: of a line, with the place of the value. factor: of the coordinate, such as 1e6 for µs; size: of the value.
-    """
-    for value in values[by].values:
-        axis.plot(factor * values[over], values.sel({by: value}), style, label=label.format(size * value))
 
 
 def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
@@ -96,7 +82,7 @@ def compared(
     theory: str = "theory of long waves", simulation: str = "simulation",
 ) -> Figure:  # fmt: skip
     """Return a figure of markers for what was simulated and lines for the theory, a power law between its points."""
-    figure, (axis,) = panels(1, width=4.6, height=3.8, xlabel=labels[0], ylabel=labels[1])
+    figure, (axis,) = panels(height=3.8, xlabel=labels[0], ylabel=labels[1])
     for i, (label, x, simulated, expected) in enumerate(curves):
         fine = np.geomspace(x[0], x[-1], 200)
         between = np.exp(np.interp(np.log(fine), np.log(x), np.log(expected)))
@@ -113,26 +99,13 @@ def compared(
     return figure
 
 
-def intensity_map(force: xr.DataArray, over: str, label: str, factor: float) -> Figure:
-    """Return the force at a sensor over time and another coordinate, which is multiplied by a factor."""
-    figure, (axis,) = panels(1, width=5.0, height=3.6)
-    shown, values = force.transpose(over, "time"), force[over].values * factor
-    look: dict[str, Any] = {"cmap": "inferno", "shading": "nearest", "rasterized": True}
-    mesh = axis.pcolormesh(shown.time.values * 1e6, values, shown.values, **look)
-    axis.grid(visible=False)
-    axis.set(xlabel="time (µs)", ylabel=label)
-    logarithmic(axis, "y")
-    figure.colorbar(mesh, ax=axis, label="force at the sensor (N)")
-    return figure
-
-
 def logarithmic(axis: Axes, which: str = "xy") -> None:
     """Make x, y or both logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     for name in which:
         axis.set(**{f"{name}scale": "log"})
-        ticks: Axis = getattr(axis, f"{name}axis")
+        ticks = getattr(axis, f"{name}axis")
         ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         ticks.set_major_formatter("{x:g}")
         ticks.set_minor_formatter(NullFormatter())

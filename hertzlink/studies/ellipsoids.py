@@ -64,17 +64,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    """Yield the numbers of sections 5.1 and 5.3.1; unit of k: 10⁹ N/m^1.5."""
-    # Geometry and stiffness of the contacts.
-    lying, sphere = particle("minor axis"), particle("equivalent sphere").surface
+    """Yield the numbers of sections 5.1 and 5.3.1."""
+    lying = particle("minor axis")
     yield Number("larger radius of curvature R'", 1e3 / lying.surface.curvature)
     yield Number("mass of an ellipsoid", lying.mass * 1e3)
-    minor, printed = lying.surface, hl.Sphere(PRINTED_RADIUS, STEEL).surface
-    along, light, own = (hl.theory.hertz_stiffness(s, s) * 1e-9 for s in (minor, printed, sphere))
-    yield Number("k, along the minor axis", along, "", "10⁹ N/m^1.5")
-    said = f"of 0.925 g, radius {1e3 * PRINTED_RADIUS:.4g} mm; {own:.4g} for the mass from geometry"
-    yield Number("k, equivalent sphere", light, said, "10⁹ N/m^1.5")
-
     # The wave of figure 5.5a.
     speeds = data.case_wave_speed.to_series().to_dict()
     by_mass, gravity = speeds.pop("printed mass"), {"gravity": speeds.pop("gravity")}

@@ -4,16 +4,17 @@ Each of the latter has a check that the printed form fails and the corrected one
 """
 
 from collections.abc import Iterator
-from math import cos, exp, isclose, pi, sqrt, tan
+from math import cos, exp, isclose, pi, sin, sqrt, tan
 
 import numpy as np
+import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import lambertw
 
 import hertzlink as hl
 from hertzlink.studies.compare import MISPRINT, Number, printed
-from hertzlink.studies.shared import BEAD, SPEED, wall_stiffness
+from hertzlink.studies.shared import BEAD, SPEED, long_waves, wall_stiffness
 from structures.bodies.elasticity import shear_modulus
 
 Check = tuple[str, bool | None, bool]
@@ -21,7 +22,6 @@ Check = tuple[str, bool | None, bool]
 
 SLOW = 0.05  # m/s, of a striker that dents no bead.
 BEADS, FAR, UNTIL = 40, 30, 2.2e-3  # A long chain, a bead at which the wave has its final form, the record, s.
-PAIR = hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
 
 
 def closed_forms() -> Iterator[Number]:
@@ -40,8 +40,7 @@ def closed_forms() -> Iterator[Number]:
 
     collision = float(hl.theory.hertz_contact_time(1.0, 1.0, speed))
     yield Number("factor of the contact time, equation 6.8", collision)
-    run = hl.CoSimulation(hl.Chain([BEAD] * BEADS, BEAD, SLOW), None).run(UNTIL, save_every=2.5e-7)
-    moved = float(run.velocity.sel(bead=FAR).max()) / SLOW
+    moved = float(long_run().velocity.sel(bead=FAR).max()) / SLOW
     yield Number("speed of particles over the striker's, equation 6.16", moved, f"simulated, at bead {FAR}")
     by_particle = hl.theory.UniformChain(BEAD.size, BEAD.mass, 1.0).wave_speed_from_particle_speed(speed)
     group = BEAD.radius * (speed / BEAD.mass**2) ** 0.2
@@ -51,33 +50,34 @@ def closed_forms() -> Iterator[Number]:
     yield Number("factor of the transit there and back, equation 6.20", 2.0 * one_way)
     yield Number("factor of τ_t, equation 6.39", (pi / 2.0) ** 0.4 * one_way)
     yield Number("smallest dimensionless contact time τ_c, equation 6.38", collision)
-    yield Number("speed of the striker after a drop of 10 mm", hl.drop_speed(0.01), "√(2 g h), section 2.4", "m/s")
+
+
+def long_run() -> xr.Dataset:
+    """Return the run of a long chain without a structure."""
+    return hl.CoSimulation(hl.Chain([BEAD] * BEADS, BEAD, SLOW), None).run(UNTIL, save_every=2.5e-7)
 
 
 def numbers() -> Iterator[Number]:
     """Yield each equation: whether only its corrected form passes; whether it holds under its condition."""
-    lines = printed("equations")
-    for equation, before, after in checks():
-        misprint = lines[equation].kind == MISPRINT
+    found = {equation: (before, after) for equation, before, after in checks()}
+    for equation, line in printed("equations").items():
+        before, after = found[equation]
         unread = "the printed form lacks symbols and cannot be evaluated" if before is None else ""
-        yield Number(equation, after and not before if misprint else after, unread)
-
-
-def checks() -> Iterator[Check]:
-    """Yield the checks. Misprints without consequence (3.4, 3.5, 4.3, 4.6, names in 6.1 and 6.8) have none."""
-    yield from checks_of_chains()
-    yield from checks_of_shapes()
-    yield from checks_of_walls()
-    yield from checks_of_plates()
-    table_2_1 = hl.PTFE.youngs_modulus
-    yield "equation (Table 4.1)", near(1.46e9, table_2_1), near(1.53e9, table_2_1)
+        yield Number(equation, after and not before if line.kind == MISPRINT else after, unread)
 
 
 def near(value: float, expected: float, share: float = 1e-6) -> bool:
     return isclose(value, expected, rel_tol=share)
 
 
-def checks_of_chains() -> Iterator[Check]:
+def checks() -> Iterator[Check]:
+    """Yield the checks. Misprints without consequence (3.4, 3.5, 4.3, 4.6, names in 6.1 and 6.8) have none."""
+    yield from of_chains()
+    yield from of_contacts()
+    yield from of_walls_and_plates()
+
+
+def of_chains() -> Iterator[Check]:
     # Frequencies of a ring of equal masses and springs.
     count, spring, mass = 12, 3.0, 0.7
     ring = 2.0 * np.eye(count) - np.roll(np.eye(count), 1, 0) - np.roll(np.eye(count), -1, 0)
@@ -104,79 +104,78 @@ def checks_of_chains() -> Iterator[Check]:
     momentum, passed = BEAD.mass * SLOW, BEAD.mass * float(run.velocity.sel(bead=1)[-1])
     yield "equation 2.1", near(2.0 * momentum, passed, 1e-3), near(momentum, passed, 1e-3)
 
-    run = hl.CoSimulation(hl.Chain([BEAD] * BEADS, BEAD, SLOW), None).run(UNTIL, save_every=2.5e-7)
-    before, behind = (run.contact_force.sel(contact=contact).values for contact in (FAR, FAR + 1))
-    beta = before.max() / (0.5 * (before + behind)).max()
-    yield "equation 3.2", None, near(beta, sqrt(2.0), 1e-3)
-
-    shear, exact = hl.STEEL_316.youngs_modulus / (2.0 * (1.0 + hl.STEEL_316.poisson_ratio)), shear_modulus(hl.STEEL_316)
-    yield "equation 3.6", near(2.0 * shear, exact), near(shear, exact)
+    before, behind = long_run().contact_force.sel(contact=[FAR, FAR + 1]).transpose("contact", "time").values
+    yield "equation 3.2", None, near(before.max() / (0.5 * (before + behind)).max(), sqrt(2.0), 1e-3)
 
     # The momentum of a free chain.
     passes = []
     for form in ("thesis", "pairwise"):
-        chain_with_loss = hl.Chain([BEAD] * 12, BEAD, SLOW, dissipation=hl.PowerDashpot(5.58, 1.81, form))
-        run = hl.CoSimulation(chain_with_loss, None).run(6e-4)
-        passes.append(near(float(run.velocity.isel(time=-1).sum()), SLOW, 1e-9))
+        lossy = hl.Chain([BEAD] * 12, BEAD, SLOW, dissipation=hl.PowerDashpot(5.58, 1.81, form))
+        passes.append(near(float(hl.CoSimulation(lossy, None).run(6e-4).velocity.isel(time=-1).sum()), SLOW, 1e-9))
     yield "equation 4.1", passes[0], passes[1]
 
-
-def checks_of_shapes() -> Iterator[Check]:
-    # The curvature of an ellipse at its end, from a point beside it.
-    long, short, t = 5.08e-3, 2.36e-3, 1e-4
-    radius = (long * np.sin(t)) ** 2 / (2.0 * short * (1.0 - cos(t)))
-    yield (
-        "equation of R′, section 5.3.1", near(long**2 / short**2, radius, 1e-4), near(long**2 / short, radius, 1e-4),
-    )  # fmt: skip
-
-    crossed = (hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle).surface for angle in (0.0, np.radians(5.0)))
-    first, second = crossed
-    rough, exact = (hl.theory.hertz_stiffness(first, second, method) for method in ("approximate", "exact"))
-    yield "equation 5.3, 5.6", near(rough, exact, 0.01), True
-
-    bead, approach = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316), 5e-6
-    plane = hl.STEEL_316.youngs_modulus / (1.0 - hl.STEEL_316.poisson_ratio**2)
-    force = float(hl.contact_law(bead, bead).force(np.array(approach))) / bead.length
-    argument = -exp(1.0) * approach / (8.0 * bead.radius)
-    branches = [-pi * plane * (approach / 2.0) / float(lambertw(argument, k).real) for k in (0, -1)]
-    yield "equation 5.8", near(branches[0], force, 1e-3), near(branches[1], force, 1e-3)
-
     n, k, force = 1.5, 1e9, 20.0
-    hertz = float(hl.theory.UniformChain(BEAD.size, BEAD.mass, k).wave_speed_from_force(force))
+    hertz = float(long_waves(BEAD, k).wave_speed_from_force(force))
     rest, group = BEAD.size * sqrt(2.0 / (n + 1.0)) * force ** ((n - 1.0) / (2.0 * n)), k ** (1.0 / n) / BEAD.mass
     yield "equation 5.12", near(rest * group, hertz), near(rest * sqrt(group), hertz)
 
-
-def checks_of_walls() -> Iterator[Check]:
-    steel, wall = hl.STEEL_440C, hl.PTFE
-    ball, exact = (1.0 - steel.poisson_ratio**2) / steel.youngs_modulus, wall_stiffness(BEAD, wall)
-    steels, walls = (
-        4.0 / 3.0 * sqrt(BEAD.radius) / (ball + (1.0 - ratio**2) / wall.youngs_modulus)
-        for ratio in (steel.poisson_ratio, wall.poisson_ratio)
-    )
-    yield "equation 6.2", near(steels, exact), near(walls, exact)
-
-    on_steel = wall_stiffness(BEAD, steel)
-    full, part = (float(hl.theory.primary_time_of_flight(n, BEAD.mass, PAIR, on_steel, SPEED)) for n in (20, 13))
-    yield "equation 6.10", near(full, 0.459e-3, 0.05), near(part, 0.459e-3, 0.05)
-
-    soft, stiff = (float(hl.theory.UniformChain(BEAD.size, BEAD.mass, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
+    soft, stiff = (float(long_waves(BEAD, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
     yield "equation 6.17, 6.19", near(32.0**0.4, stiff / soft), near(32.0**-0.4, stiff / soft)
 
     ratio = 0.5 ** (1.0 / 5.0)
     yield "equation before 6.19", near(ratio ** (-1.0 / 5.0), 0.5), near(ratio**5, 0.5)
 
+    full, slower = (float(long_waves(BEAD, 1e9).transit_time(13, 0.3, rebound)) for rebound in (1.0, 0.5))
+    yield "equation 6.39", slower < full, slower > full
+
+
+def of_contacts() -> Iterator[Check]:
+    steel, ptfe, alloy = hl.STEEL_440C, hl.PTFE, hl.STEEL_316
+    yield "equation (Table 4.1)", near(1.46e9, ptfe.youngs_modulus), near(1.53e9, ptfe.youngs_modulus)
+
+    shear, exact = alloy.youngs_modulus / (2.0 * (1.0 + alloy.poisson_ratio)), shear_modulus(alloy)
+    yield "equation 3.6", near(2.0 * shear, exact), near(shear, exact)
+
+    # The curvature of an ellipse at its end, from a point beside it.
+    long, short, t = 5.08e-3, 2.36e-3, 1e-4
+    radius, equation = (long * sin(t)) ** 2 / (2.0 * short * (1.0 - cos(t))), "equation of R′, section 5.3.1"
+    yield equation, near(long**2 / short**2, radius, 1e-4), near(long**2 / short, radius, 1e-4)
+
+    first, second = (hl.Cylinder(2.38e-3, 4.76e-3, alloy, angle).surface for angle in (0.0, np.radians(5.0)))
+    rough, exact = (hl.theory.hertz_stiffness(first, second, method) for method in ("approximate", "exact"))
+    yield "equation 5.3, 5.6", near(rough, exact, 0.01), True
+
+    bead, approach = hl.Cylinder(2.38e-3, 4.76e-3, alloy), 5e-6
+    plane = alloy.youngs_modulus / (1.0 - alloy.poisson_ratio**2)
+    force = float(hl.contact_law(bead, bead).force(np.array(approach))) / bead.length
+    argument = -exp(1.0) * approach / (8.0 * bead.radius)
+    branches = [-pi * plane * (approach / 2.0) / float(lambertw(argument, k).real) for k in (0, -1)]
+    yield "equation 5.8", near(branches[0], force, 1e-3), near(branches[1], force, 1e-3)
+
+    ball, exact = (1.0 - steel.poisson_ratio**2) / steel.youngs_modulus, wall_stiffness(BEAD, ptfe)
+    steels, walls = (
+        4.0 / 3.0 * sqrt(BEAD.radius) / (ball + (1.0 - ratio**2) / ptfe.youngs_modulus)
+        for ratio in (steel.poisson_ratio, ptfe.poisson_ratio)
+    )
+    yield "equation 6.2", near(steels, exact), near(walls, exact)
+
+
+def of_walls_and_plates() -> Iterator[Check]:
+    steel, ptfe = hl.STEEL_440C, hl.PTFE
+    pair, on_steel = long_waves(BEAD).stiffness, wall_stiffness(BEAD, steel)
+    full, part = (float(hl.theory.primary_time_of_flight(n, BEAD.mass, pair, on_steel, SPEED)) for n in (20, 13))
+    yield "equation 6.10", near(full, 0.459e-3, 0.05), near(part, 0.459e-3, 0.05)
+
     # Half a period of a mass on an elastic rod.
     area, upper, lower = pi * 9.525e-3**2, 6.35e-3, 152.4e-3
-    heavy, light = steel.density * area * upper, wall.density * area * lower
-    spring = wall.youngs_modulus * area / lower
+    heavy, light = steel.density * area * upper, ptfe.density * area * lower
+    spring = ptfe.youngs_modulus * area / lower
     x = float(brentq(lambda x: x * tan(x) - light / heavy, 1e-6, pi / 2.0 - 1e-9))
-    exact = pi * lower / (x * wall.bar_speed)
+    exact = pi * lower / (x * ptfe.bar_speed)
     without, third = (float(hl.theory.secondary_delay(heavy, mass, spring)) for mass in (0.0, light))
     yield "equation 6.32", near(without, exact, 0.1), near(third, exact, 0.1)
 
-
-def checks_of_plates() -> Iterator[Check]:
+    # Zener's equation, integrated until the bead leaves.
     inelasticity = 1.28
 
     def rates(_: float, state: np.ndarray) -> list[float]:
@@ -190,10 +189,6 @@ def checks_of_plates() -> Iterator[Check]:
     end = solve_ivp(rates, (0.0, 100.0), [1e-12, 1.0], events=left, rtol=1e-10, atol=1e-12).y_events[0][0]
     restitution = float(hl.theory.zener_restitution(inelasticity))
     yield "equation below 6.38", near(0.0, restitution), near(-float(end[1]), restitution, 1e-4)
-
-    chain = hl.theory.UniformChain(BEAD.size, BEAD.mass, 1e9)
-    full, slower = (float(chain.transit_time(13, 0.3, rebound)) for rebound in (1.0, 0.5))
-    yield "equation 6.39", slower < full, slower > full
 
     thick, thin = (float(hl.theory.zener_restitution(0.07 * ratio**2) ** 1.2) for ratio in (1.0, 4.0))
     yield "equation (statement) in 6.2.2 and chapter 7", thick < thin, thick > thin

@@ -23,7 +23,6 @@ PRINTED_MASS = 2.38e-3  # kg, of a sphere of the ratio THIN (section 2.1).
 BEADS, SENSORS, IMPACT_SPEED = 29, (12, 19), 0.32
 # N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only.
 FORCES = np.geomspace(2.0, 40.0, 9)
-APPROACHES = np.geomspace(1e-6, 20e-6, 21)
 # m: a least-squares fit over this range gives the thesis's pairs of k and n from finite elements (errata).
 FITTED_RANGE = (0.2e-6, 10e-6)
 UNTIL = 2.5e-3  # Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres.
@@ -41,7 +40,7 @@ def law_of(ratio: float) -> hl.laws.ContactLaw:
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return speed, peak force and width of waves over the striker, by wall; the thesis's cases; contact laws.
+    """Return speed, peak force and width of waves over the striker, by wall, and in the thesis's cases.
 
     The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
     three of nine striker speeds. jobs: always one process.
@@ -59,9 +58,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     for ratio, law in TABLE_5_1.items():
         bead = particle(ratio)
         curves[ratio] = waves.Curve((bead, bead), law, waves.striker_speeds(bead, law, forces), of_pair=law)
-    data = waves.run_curves("ratio", curves, BEADS, SENSORS, UNTIL, APPROACHES).rename(force="table_force")
-    label = {"units": "N", "long_name": "contact law of hertzlink"}
-    data["force"] = (("ratio", "approach"), [law_of(ratio).force(APPROACHES) for ratio in TABLE_5_1], label)
+    data = waves.run_curves("ratio", curves, BEADS, SENSORS, UNTIL)
     cases = waves.swept(case_of_the_thesis, UNTIL, SENSORS, case=CASES)
     return with_units(data.merge(named(cases, "case")), ratio="1")
 
@@ -100,17 +97,11 @@ def exponents(data: xr.Dataset) -> dict[float, float]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
+    """Return the wave speed against peak contact force (5.14b), and its exponents (5.14c)."""
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
     names = {ratio: f"Ri/Ro = {ratio:g}" if ratio else "solid" for ratio in TABLE_5_1}
     slopes = {r: rf"{names[r]}: $V \propto F^{{{slope:.4f}}}$" for r, slope in exponents(data).items()}
     scaling = draw.compared([waves.line(walls[r], label) for r, label in slopes.items()], log=True)
     scaling.axes[0].set_yticks([300, 400, 500, 600, 700])
-    microns = data.approach.values * 1e6
-    forces = [(names[r], microns, s.force.values, s.table_force.values) for r, s in walls.items()]
-    labels = {"theory": "the thesis's finite elements", "simulation": "Hertz and Reissner's shell"}
-    return {
-        "speed_force": draw.compared(waves.line(wall, names[ratio]) for ratio, wall in walls.items()),
-        "exponents": scaling,
-        "laws": draw.compared(forces, draw.FORCE_OVER_APPROACH, log=True, **labels),
-    }
+    speeds = draw.compared(waves.line(wall, names[ratio]) for ratio, wall in walls.items())
+    return {"speed_force": speeds, "exponents": scaling}

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,14 +25,20 @@ DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240
 QUICK_DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.1, 0.15, 0.457)
 BRACKET, QUICK_BRACKET = 0.2e-3, 5.0e-3
 TOLERANCE, TOLERANCES = 0.02, (0.01, 0.02, 0.05)  # Allowed differences of AR from its far value.
+LINES = ("A0 Lamb", "Rayleigh")  # The waves whose way during a contact equation 6.42 gives.
 # Length of the record in contact times of a bead on a half-space. The largest beads on the two thinner plates send a
 # wave back only when the echo of the edge pushes them, the later the farther the edge is: records up to four times as
 # long do not settle these cases (docs/numerics.md).
 RECORD = 31.8
 
 
+def contact_time(diameter: float) -> float:
+    """Return T_c, s, of a bead on a half-space of the plate's metal."""
+    return shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
+
+
 def record(diameter: float) -> float:
-    return RECORD * shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
+    return RECORD * contact_time(diameter)
 
 
 @lru_cache(maxsize=1)
@@ -62,17 +69,16 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     ]  # fmt: skip
     data = xr.concat(parts, "diameter", join="outer")
     data["sampled"] = data.sampled.fillna(False).astype(bool)
-    beads, thin = map(shared.sphere, DIAMETERS), shared.plate(THICKNESSES[0])
-    bounds = [hl.critical_distance_bounds(bead, thin, SPEED) for bead in beads]
+    thin = shared.plate(THICKNESSES[0])
+    bounds = [hl.critical_distance_bounds(shared.sphere(diameter), thin, SPEED) for diameter in DIAMETERS]
     label = {"units": "m", "long_name": "critical distance, equation 6.42"}
-    data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
+    data = data.assign_coords(line=list(LINES)).assign(bound=(("diameter", "line"), bounds, label))
 
     def infinite(thickness: float, diameter: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.plate_chain(diameter), hl.infinite_plate(thickness, ALUMINIUM))
 
-    until = record(DIAMETERS[-1])
-    far = hl.sweep(infinite, until, 1, shared.returned, thickness=THICKNESSES, diameter=DIAMETERS).amplitude_ratio
-    data["infinite_amplitude_ratio"] = far
+    far = hl.sweep(infinite, record(DIAMETERS[-1]), 1, shared.returned, thickness=THICKNESSES, diameter=DIAMETERS)
+    data["infinite_amplitude_ratio"] = far.amplitude_ratio
     data = shared.with_units(data, thickness="m", diameter="m")
     return data if quick else with_margins(data)
 
@@ -115,54 +121,42 @@ def theirs(diameter: float) -> hl.Sphere:
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     for diameter in DIAMETERS:
-        ours = 1e6 * shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
-        printed = 1e6 * shared.contact_time(theirs(diameter), ALUMINIUM, THESIS_IMPACT.striker_speed)
-        cases = {"7800 kg/m³ of Table 2.1": ours, "8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": printed}
+        printed = shared.contact_time(theirs(diameter), ALUMINIUM, THESIS_IMPACT.striker_speed)
+        cases = {
+            "7800 kg/m³ of Table 2.1": 1e6 * contact_time(diameter),
+            "8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": 1e6 * printed,
+        }
         yield Number(f"contact time, half-space, D {1e3 * diameter:.2f}", cases)
+
     for diameter, thickness in product(DIAMETERS, THICKNESSES):
         case = data.sel(diameter=diameter, thickness=thickness)
         (low, high), at = case.bound.values * 1e3, case.sel(within=TOLERANCE)
-        value = 1e3 * float(at.critical_distance)
-        if at.lower_bound:
-            why = "a lower bound: from farther away no wave is back, and longer records do not settle it"
-        elif value < low:
-            why = "below the A0 line: the contact is over before a slower echo returns"
-        elif value > high:
-            why = "above the Rayleigh line: the contact lasts longer than on the half-space that the lines assume"
-        else:
-            why = "between the lines" if np.isfinite(value) else "no wave at all within the record"
         others = "; ".join(f"± {t:g}: {between(case.sel(within=t))}" for t in TOLERANCES if t != TOLERANCE)
         said = f"AR within ± {TOLERANCE:g} of its far value ({others}); the thesis's lines: {low:.1f} to {high:.1f}"
         label = f"critical distance, D {1e3 * diameter:.2f}, t {1e3 * thickness:.2f}"
-        yield Number(label, between(at), f"{said}; {why}", "mm")
+        yield Number(label, between(at), said, "mm")
 
-    # The factors of equations 6.39 and 6.42, by a sphere on a half-space with unit quantities.
+    # The factors of equations 6.39 and 6.42: a sphere on a half-space with unit quantities, whose compliances are one.
     with collected():
         material = hl.Material(1.0, 0.0, 1.0)
-        # Both bodies have equal compliances of one, so their sum is two.
         striker = shared.contact_time(hl.Sphere(0.5, material), material, 1.0) / 2.0**0.4
-    wave = striker * PARTICLE_TO_STRIKER_SPEED**-0.2
-    collision = float(hl.theory.hertz_contact_time(1.0, 1.0, 1.0))
+    wave, collision = striker * PARTICLE_TO_STRIKER_SPEED**-0.2, float(hl.theory.hertz_contact_time(1.0, 1.0, 1.0))
     for name, by in (
-        ("factor of τ_c, equation 6.39", collision),
-        ("factor of the critical distance, equation 6.42", 2.0),
-    ):
+        ("factor of τ_c, equation 6.39", collision), ("factor of the critical distance, equation 6.42", 2.0),
+    ):  # fmt: skip
         yield Number(name, wave / by, f"the bead's speed in the wave; {striker / by:.4g} with the striker's")
     centre = data.amplitude_ratio.sel(diameter=DIAMETERS[-1], thickness=THICKNESSES[0]).fillna(0.0).isel(distance=-1)
     yield Number("AR at the centre, D 19.05, t 2.29", float(centre))
 
     # Waves in the plate: k, speed, and the way from the centre to an edge and back.
-    bar, rayleigh = ALUMINIUM.bar_speed, rayleigh_speed()
-    there = 1e6 * shared.SIDE
+    bar, rayleigh, there = ALUMINIUM.bar_speed, rayleigh_speed(), 1e6 * shared.SIDE
     yield Number("k of the Rayleigh wave", rayleigh / bar)
     yield Number("speed of the Rayleigh wave", rayleigh)
     yield Number("Rayleigh wave, centre to edge and back", there / rayleigh)
-    by_bead = {d: [group_speed(t, impact_frequency(d)) for t in THICKNESSES] for d in DIAMETERS}
-    slow, fast = (pick(speed for speeds in by_bead.values() for speed in speeds) for pick in (min, max))
-    factors = "; ".join(
-        f"{', '.join(f'{speed / bar:.2f}' for speed in speeds)} for D = {1e3 * diameter:.2f} mm"
-        for diameter, speeds in by_bead.items()
-    )
+    speeds = np.array([[group_speed(t, impact_frequency(d)) for t in THICKNESSES] for d in DIAMETERS])
+    slow, fast = float(speeds.min()), float(speeds.max())
+    rows = zip(DIAMETERS, speeds / bar, strict=True)
+    factors = "; ".join(f"{', '.join(f'{k:.2f}' for k in row)} for D = {1e3 * d:.2f} mm" for d, row in rows)
     yield Number("k of the A0 Lamb wave", (slow / bar, fast / bar), factors)
     yield Number("speed of the A0 Lamb wave", (slow, fast))
     yield Number("A0 Lamb wave, centre to edge and back", (there / fast, there / slow))
@@ -179,7 +173,7 @@ def between(at: xr.Dataset) -> str:
 
 def impact_frequency(diameter: float) -> float:
     """Return the frequency, Hz, of a bead's impact: one half-period in its contact with a half-space, 1/(2T_c)."""
-    return 0.5 / shared.contact_time(shared.sphere(diameter), ALUMINIUM, SPEED)
+    return 0.5 / contact_time(diameter)
 
 
 def group_speed(thickness: float, frequency: float) -> float:
@@ -204,32 +198,26 @@ def rayleigh_speed() -> float:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    return {
-        "amplitude_ratio": over_distance(data, data.amplitude_ratio, "amplitude ratio AR"),
-        "time_of_flight": over_distance(data, 1e6 * data.time_of_flight, "time of flight (µs)"),
-        "critical_distance": over_diameter(data),
-    }
+    return {"amplitude_ratio": over_distance(data), "critical_distance": over_diameter(data)}
 
 
-def over_distance(data: xr.Dataset, values: xr.DataArray, label: str) -> draw.Figure:
-    """Return AR or TOF, a curve for each plate; bands and triangles: critical distances and lower bounds."""
+def over_distance(data: xr.Dataset) -> draw.Figure:
+    """Return AR, a curve for each plate; bands and triangles: critical distances and lower bounds."""
     figure, panels = draw.each(
-        data.assign(shown=values).sel(within=TOLERANCE), "diameter", lambda d: f"D = {d * 1e3:.2f} mm", sharey=False,
-        xlabel="distance from the clamped edge (mm)", ylabels=[label],
+        data.sel(within=TOLERANCE), "diameter", lambda d: f"D = {d * 1e3:.2f} mm", sharey=False, width=3.4, height=3.2,
+        xlabel="distance from the clamped edge (mm)", ylabels=["amplitude ratio AR"], ylim=(0.0, 1.0),
     )  # fmt: skip
     for axis, bead in panels:
         draw.logarithmic(axis, "x")
-        for i, thickness in enumerate(THICKNESSES):
-            case, colour = bead.sel(thickness=thickness), draw.COLOURS[i]
-            curve, (low, high) = case.shown.isel(distance=case.sampled.values), case.bracket.values * 1e3
+        for colour, thickness in zip(draw.COLOURS, THICKNESSES, strict=False):
+            case = bead.sel(thickness=thickness)
+            curve, (low, high) = case.amplitude_ratio.isel(distance=case.sampled.values), case.bracket.values * 1e3
             axis.plot(curve.distance * 1e3, curve, markersize=2.5, label=f"t = {1e3 * thickness:.2f} mm")
             if case.lower_bound:
-                look = draw.Look(color=colour, markerfacecolor="white", markersize=6.0, clip_on=False)
-                axis.plot(low, 0.03, ">", transform=axis.get_xaxis_transform(), zorder=3.0, **look)
+                floor = axis.get_xaxis_transform()
+                axis.plot(low, 0.03, ">", transform=floor, color=colour, mfc="white", ms=6.0, clip_on=False, zorder=3.0)
             elif case.critical_distance.notnull():
                 axis.axvspan(low, high, color=colour, alpha=0.35, linewidth=0.0)
-        if label.endswith("AR"):
-            axis.set_ylim(0.0, 1.0)
     first = panels[0][0]
     first.fill_between([], [], color="grey", alpha=0.35, linewidth=0.0, label="critical distance")
     first.plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
@@ -239,20 +227,18 @@ def over_distance(data: xr.Dataset, values: xr.DataArray, label: str) -> draw.Fi
 
 def over_diameter(data: xr.Dataset) -> draw.Figure:
     """Return the critical distances as brackets against the bead diameter, with the A0 and the Rayleigh line."""
-    label = f"critical distance (mm), AR ± {TOLERANCE:g}"
-    figure, (axis,) = draw.panels(1, width=4.6, height=4.6, ylabel=label)
-    for line, style, speed in (("A0 Lamb", "--", "0.2"), ("Rayleigh", "-", "0.57")):
+    figure, (axis,) = draw.panels(height=4.6, ylabel=f"critical distance (mm), AR ± {TOLERANCE:g}")
+    for line, style, speed in zip(LINES, ("--", "-"), ("0.2", "0.57"), strict=True):
         words = f"path of the {line} wave during a contact, c = {speed} √(E/ρ)"
         draw.theory_line(axis, 1e3 * data.diameter, 1e3 * data.bound.sel(line=line), words, style)
     for i, thickness in enumerate(THICKNESSES):
         at = data.sel(thickness=thickness, within=TOLERANCE)
-        x = 1e3 * data.diameter.values + 0.25 * (i - 1)
-        low, high = (1e3 * at.bracket.sel(end=end).values for end in ("low", "high"))
-        open_ended, look = at.lower_bound.values, draw.Look(fmt=draw.MARKERS[i], color=draw.COLOURS[i], linewidth=0.8)
-        middle = np.where(open_ended, np.nan, 0.5 * (low + high))
-        half = np.where(open_ended, 0.0, high - middle)
+        x, (low, high) = 1e3 * data.diameter.values + 0.25 * (i - 1), 1e3 * at.bracket.transpose("end", ...).values
+        bound, middle = at.lower_bound.values, np.where(at.lower_bound, np.nan, 0.5 * (low + high))
+        half = np.where(bound, 0.0, high - middle)
+        look: dict[str, Any] = {"fmt": draw.MARKERS[i], "color": draw.COLOURS[i], "linewidth": 0.8}
         axis.errorbar(x, middle, half, capsize=5.0, label=f"t = {1e3 * thickness:.2f} mm", **look)
-        axis.errorbar(x[open_ended], low[open_ended], 8.0, lolims=True, markerfacecolor="white", capsize=2.5, **look)
+        axis.errorbar(x[bound], low[bound], 8.0, lolims=True, markerfacecolor="white", capsize=2.5, **look)
     axis.errorbar([], [], [], lolims=True, fmt="o", color="grey", markerfacecolor="white", label="lower bound")
     axis.set_xlabel("bead diameter D (mm), markers set apart")
     axis.set_ylim(bottom=0.0)

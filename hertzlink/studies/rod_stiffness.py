@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 import hertzlink as hl
 from hertzlink.studies import draw, shared
 from hertzlink.studies.compare import Case, Number
+from hertzlink.studies.shared import BEAD, BEADS, DASHPOT, RECORD, SENSOR
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 
 STEEL, LENGTH, RADIUS = hl.STEEL_440C, 76.2e-3, 19.1e-3
@@ -27,7 +28,7 @@ def layers(material: hl.Material) -> list[hl.Layer]:
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
+    """Return AR and TOF over Young's modulus, and for the materials of Table 2.1.
 
     Over the modulus, density and Poisson's ratio stay those of 440C steel. material_…: rods; solid_…: axisymmetric
     cylinders; wall_…: the two rods whose chains are shown bead by bead. quick: every sixth modulus, steel 440C and PTFE
@@ -45,22 +46,31 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     def solid(material: str) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(), shared.cylinder(layers(materials[material])))
 
-    data = hl.sweep(stiff, shared.RECORD, jobs, shared.with_forces, youngs_modulus=MODULI[::6] if quick else MODULI)
-    real_rods = hl.sweep(real, shared.RECORD, jobs, shared.measure, material=list(materials), dashpot=shared.DASHPOTS)
-    solids = hl.sweep(solid, shared.RECORD, jobs, shared.measure, material=list(materials))
+    def with_contact(run: xr.Dataset) -> xr.Dataset:
+        incident, moved = hl.reflections(run, SENSOR).incident, run.displacement.sel(bead=BEADS).max()
+        last = shared.scalars(
+            largest_displacement=(moved, "m", "largest displacement of the last bead"),
+            contact_time=(hl.contact_time(run), "s", "last bead's contact with the rod"),
+            incident_arrival=(incident.arrival if incident else np.nan, "s", "arrival of the incident wave"),
+        )
+        return shared.measure(run).merge(last)
+
+    data = hl.sweep(stiff, RECORD, jobs, shared.measure, youngs_modulus=MODULI[::6] if quick else MODULI)
+    real_rods = hl.sweep(real, RECORD, jobs, with_contact, material=list(materials), dashpot=shared.DASHPOTS)
+    solids = hl.sweep(solid, RECORD, jobs, shared.measure, material=list(materials))
     data = data.assign(shared.named(real_rods, "material").data_vars).assign(shared.named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
-    shared.with_units(data, youngs_modulus="Pa", dashpot="N s/m")
-    return data.merge(shared.named(shared.over(against, wall=list(WALLS)), "wall"), combine_attrs="override")
+    walls = shared.named(shared.along("wall", WALLS, against), "wall")
+    return shared.with_units(data.merge(walls, combine_attrs="override"), youngs_modulus="Pa", dashpot="N s/m")
 
 
 def against(wall: str) -> xr.Dataset:
-    """Return the motion of beads on the stiffest or the softest rod, the force at the sensors, and the energies."""
-    run = hl.CoSimulation(shared.chain(), shared.rod(layers(WALLS[wall]))).run(shared.RECORD)
-    moved, time = run.displacement.sel(bead=shared.BEADS), run.time.values
+    """Return the motion of beads on the stiffest or the softest rod, and measures of the last bead and the sensor."""
+    run = hl.CoSimulation(shared.chain(), shared.rod(layers(WALLS[wall]))).run(RECORD)
+    moved, time = run.displacement.sel(bead=BEADS), run.time.values
 
     # The energy of the last contact, of what is left in the chain and the rod.
-    stiffness = shared.wall_stiffness(shared.BEAD, WALLS[wall])
+    stiffness = shared.wall_stiffness(BEAD, WALLS[wall])
     resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
     stored = 0.4 * stiffness * (moved - run.surface_displacement + resting).clip(min=0.0) ** 2.5
     share = stored / (run.kinetic_energy + run.contact_energy + run.structure_energy)
@@ -68,34 +78,33 @@ def against(wall: str) -> xr.Dataset:
     # The signal of sensor 7 whose disc loses its charge: y′ + y/RC = x′, exact for a force that is straight in a step.
     decay = np.exp(-time[1] / TIME_CONSTANT)
     gain = (1.0 - decay) * TIME_CONSTANT / time[1]
-    filtered = lfilter([gain, -gain], [1.0, -decay], hl.sensor_force(run, shared.SENSOR).values)
-    signal = hl.as_signal(time, {shared.SENSOR: filtered})
+    filtered = lfilter([gain, -gain], [1.0, -decay], hl.sensor_force(run, SENSOR).values)
+    signal = hl.as_signal(time, {SENSOR: filtered})
 
     # The speed of the reflected wave over that of the incident one between two sensors away from both ends.
-    passing = (FAR_SENSOR - shared.SENSOR) * shared.BEAD.size / hl.wave_speed(run, shared.SENSOR, FAR_SENSOR)
-    returning = hl.time_of_flight(run, shared.SENSOR) - hl.time_of_flight(run, FAR_SENSOR) - passing
+    passing = (FAR_SENSOR - SENSOR) * BEAD.size / hl.wave_speed(run, SENSOR, FAR_SENSOR)
+    returning = hl.time_of_flight(run, SENSOR) - hl.time_of_flight(run, FAR_SENSOR) - passing
 
     # How long the last bead stays displaced by more than 1 % of its greatest displacement.
     deepest, low = int(moved.values.argmax()), moved.values <= 0.01 * float(moved.max())
     after = np.flatnonzero(low[deepest:])
     displaced = time[deepest + after[0]] - time[np.flatnonzero(low[:deepest])[-1]]
 
-    last = run.contact_force.sel(contact=shared.BEADS, drop=True)
+    last = run.contact_force.sel(contact=BEADS, drop=True)
     return shared.scalars(
         energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
         speed_ratio=(passing / returning, "1", "speed of the primary wave / that of the incident one"),
-        filtered_ratio=(hl.amplitude_ratio(signal, shared.SENSOR), "1", "AR behind the sensor's high-pass"),
+        filtered_ratio=(hl.amplitude_ratio(signal, SENSOR), "1", "AR behind the sensor's high-pass"),
         displaced=(displaced, "s", DISPLACED),
     ).assign(
-        displacement=run.displacement, sensor_force=shared.sensor_forces(run, shared.SENSORS),
-        last_force=last.assign_attrs(long_name="force between the last two beads"),
+        displacement=run.displacement, last_force=last.assign_attrs(long_name="force between the last two beads")
     ).reset_coords(drop=True)  # fmt: skip
 
 
 def collisions(data: xr.Dataset) -> tuple[float, ...]:
     """Return when, s, bead 20 is deepest in the softest rod, and when it then hits bead 19, at most twice."""
     soft = data.isel(wall=-1)
-    force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=shared.BEADS).values.argmax())
+    force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
     hits = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
     return tuple(float(data.time[i]) for i in (deepest, *hits))
 
@@ -103,7 +112,7 @@ def collisions(data: xr.Dataset) -> tuple[float, ...]:
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("definition of AR", True)
     yield Number("definition of TOF", True)
-    middle = {wall: data.sel(material=material.name, dashpot=shared.DASHPOT) for wall, material in WALLS.items()}
+    middle = {wall: data.sel(material=material.name, dashpot=DASHPOT) for wall, material in WALLS.items()}
     yield Number("incident wave at sensor 7", 1e6 * float(middle["steel"].material_incident_arrival))
 
     for wall, material in WALLS.items():
@@ -113,13 +122,14 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
             "axisymmetric": float(primary.solid_amplitude_ratio),
         }
         yield Number(f"AR, {wall}", shared.over_dashpots(primary.material_amplitude_ratio) | readings)
-        theory = 1e6 * float(shared.time_of_flight(shared.wall_stiffness(shared.BEAD, material)))
-        flight, wide = shared.over_dashpots(primary.material_time_of_flight, 1e6), 1e6 * primary.solid_time_of_flight
-        yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}; axisymmetric: {float(wide):.4g}")
+        stiffness = shared.wall_stiffness(BEAD, material)
+        theory, wide = 1e6 * float(shared.time_of_flight(stiffness)), 1e6 * float(primary.solid_time_of_flight)
+        flight = shared.over_dashpots(primary.material_time_of_flight, 1e6)
+        yield Number(f"TOF, {wall}", flight, f"equation 6.20: {theory:.4g}; axisymmetric: {wide:.4g}")
 
         # The last bead: equation 6.6, and its contact, also as it is read from the bead's displacement.
-        energy = 0.5 * shared.BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * shared.SPEED) ** 2
-        deepest = 1e6 * (2.5 * energy / shared.wall_stiffness(shared.BEAD, material)) ** 0.4
+        energy = 0.5 * BEAD.mass * (PARTICLE_TO_STRIKER_SPEED * shared.SPEED) ** 2
+        deepest = 1e6 * (2.5 * energy / stiffness) ** 0.4
         largest = shared.over_dashpots(primary.material_largest_displacement, 1e6)
         yield Number(f"largest displacement of bead 20, {wall}", largest, f"equation 6.6: {deepest:.4g}")
         displaced: dict[str, Case] = {DISPLACED: 1e6 * float(at.wall_displaced)}
@@ -146,35 +156,24 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force map (6.5)."""
-    label = "Young's modulus of the rod (GPa)"
-    histories, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.0, xlabel="time (µs)")
-    for axis, wall in panels:
-        draw.lines(axis, wall.wall_sensor_force, "time", "sensor", "at bead {}", 1e6)
-        axis.set_xlim(0.0, 1000.0)
-    panels[0][0].set_ylabel("force above the preload (N)")
-    panels[0][0].legend()
-    intensity = draw.intensity_map(data.sensor_force.sel(sensor=shared.SENSOR), "youngs_modulus", label, 1e-9)
-    return {
-        "stiffness": over_modulus(data), "force_intensity": intensity, "force_histories": histories,
-        "displacements": displacements(data),
-    }  # fmt: skip
+    """Return TOF and AR over the modulus (figures 6.4, 6.6), and the displacements of beads (6.3)."""
+    return {"stiffness": over_modulus(data), "displacements": displacements(data)}
 
 
 def over_modulus(data: xr.Dataset) -> draw.Figure:
     label, labels = "Young's modulus of the cylinder (GPa)", ("time of flight (µs)", "amplitude ratio AR")
     figure, axes = draw.panels(2, width=3.9, height=3.4, xlabel=label, ylabels=labels)
     modulus, real_modulus = data.youngs_modulus * 1e-9, data.material_modulus * 1e-9
-    for axis, name, factor in zip(axes, ("time_of_flight", "amplitude_ratio"), (1e6, 1.0), strict=True):
-        real = data[f"material_{name}"].sel(dashpot=shared.DASHPOT)
+    for axis, name, factor in zip(axes, (shared.FLIGHT, shared.RATIO), (1e6, 1.0), strict=True):
         for colour, wave in zip(draw.COLOURS, shared.WAVES, strict=False):
-            axis.plot(modulus, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
-            axis.plot(real_modulus, factor * real.sel(wave=wave), "o", color=colour)
-            axis.plot(real_modulus, factor * data[f"solid_{name}"].sel(wave=wave), "x", color=colour)
+            at = data.sel(wave=wave)
+            axis.plot(modulus, factor * at[name], "-", color=colour, label=f"{wave} wave")
+            axis.plot(real_modulus, factor * at[f"material_{name}"].sel(dashpot=DASHPOT), "o", color=colour)
+            axis.plot(real_modulus, factor * at[f"solid_{name}"], "x", color=colour)
         axis.set_xscale("log")
         axis.xaxis.set_major_formatter("{x:g}")
     steels = [replace(STEEL, youngs_modulus=value, name="") for value in data.youngs_modulus.values]
-    walls = np.array([shared.wall_stiffness(shared.BEAD, steel) for steel in steels])
+    walls = np.array([shared.wall_stiffness(BEAD, steel) for steel in steels])
     draw.theory_line(axes[0], modulus, shared.time_of_flight(walls) * 1e6, "theory of contact times")
     axes[1].plot([], [], "o", color="grey", label="rods of real materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
@@ -192,13 +191,13 @@ def displacements(data: xr.Dataset) -> draw.Figure:
     for axis, wall in panels:
         places = 1e6 * wall.wall_displacement.transpose("time", "bead")
         axis.plot(time, places, "-", color="grey", linewidth=0.5)
-        for bead, colour in ((shared.SENSOR, draw.COLOURS[0]), (shared.BEADS, draw.COLOURS[1])):
-            moved = places.sel(bead=bead)
-            axis.plot(time, moved, "-", color=colour, linewidth=1.8, label=f"bead {bead}")
+        for bead, colour in ((SENSOR, draw.COLOURS[0]), (BEADS, draw.COLOURS[1])):
+            axis.plot(time, places.sel(bead=bead), "-", color=colour, linewidth=1.8, label=f"bead {bead}")
         axis.set_xlim(0.0, 1000.0)
-    look = draw.Look(color="black", markersize=6.0, markerfacecolor="none")
+    last = places.sel(bead=BEADS)
     for hit, marker, which in zip(collisions(data)[1:], "os", ("first", "second"), strict=False):
-        axis.plot(1e6 * hit, float(moved.sel(time=hit)), marker, label=f"{which} collision", **look)
+        place = float(last.sel(time=hit))
+        axis.plot(1e6 * hit, place, marker, color="black", mfc="none", ms=6.0, label=f"{which} collision")
     top = float(data.wall_displacement.max()) * 1e6
     panels[0][0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
     axis.legend()

@@ -1,14 +1,11 @@
-"""What several studies share: the chains, rods and plates of the thesis, Datasets over axes, waves over a length."""
+"""What several studies share: the chains, rods and plates of the thesis, their theories, and waves over a length."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from itertools import product
 from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
-from tqdm.auto import tqdm
 
 import hertzlink as hl
 from hertzlink.studies import draw
@@ -19,12 +16,10 @@ BEADS, SENSOR = 20, 7  # Of the chains of chapter 6. AR and TOF are read at bead
 
 # Section 6.1: a striker that falls from 10 mm, dashpots at every contact, cylinders on a fixed base.
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
-DROP_HEIGHT = 0.01  # m.
-SPEED = hl.drop_speed(DROP_HEIGHT)
+SPEED = hl.drop_speed(0.01)
 DASHPOTS = (4.0, 5.0, 6.0)  # N s/m; the thesis does not give its coefficient.
 DASHPOT = DASHPOTS[1]
 RECORD = 1.5e-3  # s.
-SENSORS = (SENSOR, 16)  # At 16 incident and reflected wave overlap.
 WAVES = ("primary", "secondary")
 RATIO, FLIGHT = "amplitude_ratio", "time_of_flight"
 OPEN = f"γ from {DASHPOTS[0]:g} to {DASHPOTS[-1]:g} N s/m, which is not given"
@@ -51,15 +46,6 @@ def cylinder(layers: Sequence[hl.Layer]) -> hl.Structure:
     return hl.reduce(hl.layered_cylinder(layers), RECORD)
 
 
-def time_of_flight(wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
-    """Return TOF, s, of the primary wave by equation 6.18, over the 13 beads between sensor 7 and the structure.
-
-    wall: stiffness of the contact with the structure, N/m^1.5.
-    """
-    pair = long_waves(BEAD).stiffness
-    return np.asarray(hl.theory.primary_time_of_flight(BEADS - SENSOR, BEAD.mass, pair, wall, SPEED, restitution))
-
-
 def sphere(diameter: float) -> hl.Sphere:
     return hl.Sphere(diameter / 2.0, hl.STEEL_440C)
 
@@ -70,8 +56,13 @@ def plate_chain(diameter: float) -> hl.Chain:
 
 def plate(thickness: float, **options: Any) -> hl.Plate:
     """Return the square plate of section 6.2, clamped at two opposite edges."""
-    supports = hl.Supports(left="clamped", right="clamped")
-    return hl.kirchhoff_plate(SIDE, SIDE, thickness, ALUMINIUM, supports, **options)
+    return hl.kirchhoff_plate(SIDE, SIDE, thickness, ALUMINIUM, hl.Supports("clamped", "clamped"), **options)
+
+
+def of_mass(bead: Any, mass: float) -> Any:
+    """Return the bead of a material that gives it this mass, kg."""
+    material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
+    return replace(bead, material=material)
 
 
 def long_waves(bead: hl.Bead, stiffness: float | None = None, exponent: float = 1.5) -> hl.theory.UniformChain:
@@ -90,44 +81,20 @@ def contact_time(bead: hl.Bead, wall: hl.Material, speed: float) -> float:
     return float(hl.theory.hertz_contact_time(bead.mass, wall_stiffness(bead, wall), speed))
 
 
-def of_mass(bead: Any, mass: float) -> Any:
-    """Return the bead of a material that gives it this mass, kg."""
-    material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
-    return replace(bead, material=material)
+def time_of_flight(wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
+    """Return TOF, s, of the primary wave by equation 6.18, over the 13 beads between sensor 7 and the structure.
 
-
-def returned(run: xr.Dataset, wave: str = "primary") -> xr.Dataset:
-    ratio, flight = hl.amplitude_ratio(run, SENSOR, wave), hl.time_of_flight(run, SENSOR, wave)
-    return xr.Dataset({"amplitude_ratio": ratio, "time_of_flight": flight})
-
-
-def sensor_forces(run: xr.Dataset, sensors: Sequence[int]) -> xr.DataArray:
-    """Return the force over time, N, at several sensors."""
-    force = xr.concat([hl.sensor_force(run, sensor) for sensor in sensors], "sensor")
-    label = {"units": "N", "long_name": "force at the sensor, above the preload"}
-    return force.assign_coords(sensor=list(sensors)).assign_attrs(label)
-
-
-def each(compute: Callable[..., Any], cases: Sequence[Mapping[str, Any]], jobs: int | None = 1) -> list[Any]:
-    """Return what is computed for each case, its arguments. jobs: processes, None for one on each core."""
-    count = max(1, min(joblib.cpu_count() if jobs is None else jobs, len(cases)))
-    parallel = joblib.Parallel(count, return_as="generator")
-    results = parallel(joblib.delayed(compute)(**case) for case in cases)
-    return list(tqdm(results, total=len(cases), leave=False, disable=None))
-
-
-def over(compute: Callable[..., xr.Dataset], jobs: int | None = 1, **axes: Sequence[Any]) -> xr.Dataset:
-    """Return what is computed at each combination of the values of some axes, which become dimensions.
-
-    As `hl.sweep`, for functions that return more than one run gives. Where a part lacks a place of another one, it is
-    NaN there.
+    wall: stiffness of the contact with the structure, N/m^1.5.
     """
-    cases = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-    parts: list[xr.Dataset] = each(compute, cases, jobs)
-    for name, values in reversed(axes.items()):
-        rows = [parts[i : i + len(values)] for i in range(0, len(parts), len(values))]
-        parts = [xr.concat(row, name, join="outer").assign_coords({name: list(values)}) for row in rows]
-    return parts[0]
+    pair = long_waves(BEAD).stiffness
+    return np.asarray(hl.theory.primary_time_of_flight(BEADS - SENSOR, BEAD.mass, pair, wall, SPEED, restitution))
+
+
+def along(name: str, values: Iterable[Any], compute: Callable[[Any], xr.Dataset]) -> xr.Dataset:
+    """Return what is computed for each value, along a dimension of this name."""
+    places = list(values)
+    found: xr.Dataset = xr.concat([compute(value) for value in places], name, join="outer")
+    return found.assign_coords({name: places})
 
 
 def scalars(**values: tuple[float | xr.DataArray, str, str]) -> xr.Dataset:
@@ -147,32 +114,26 @@ def with_units(data: xr.Dataset, **units: str) -> xr.Dataset:
     return data
 
 
+def returned(run: xr.Dataset) -> xr.Dataset:
+    """Return AR and TOF of the primary wave at bead 7."""
+    return xr.Dataset({RATIO: hl.amplitude_ratio(run, SENSOR), FLIGHT: hl.time_of_flight(run, SENSOR)})
+
+
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """Return AR and TOF at bead 7, and the motion of the last bead."""
-    back = [returned(run, wave) for wave in WAVES]
-    incident, moved = hl.reflections(run, SENSOR).incident, run.displacement.sel(bead=BEADS).max()
-    data: xr.Dataset = xr.concat(back, "wave").assign_coords(wave=list(WAVES))
-    return data.merge(
-        scalars(
-            largest_displacement=(moved, "m", "largest displacement of the last bead"),
-            contact_time=(hl.contact_time(run), "s", "last bead's contact with the rod"),
-            incident_arrival=(incident.arrival if incident else np.nan, "s", "arrival of the incident wave"),
-        )
-    )
+    """Return AR and TOF of both waves at bead 7."""
 
+    def of_wave(wave: str) -> xr.Dataset:
+        ratio, flight = hl.amplitude_ratio(run, SENSOR, wave), hl.time_of_flight(run, SENSOR, wave)
+        return xr.Dataset({RATIO: ratio, FLIGHT: flight})
 
-def with_forces(run: xr.Dataset) -> xr.Dataset:
-    return measure(run)[[RATIO, FLIGHT]].assign(sensor_force=sensor_forces(run, SENSORS))
+    return along("wave", WAVES, of_wave)
 
 
 def over_lengths(
     stack: Callable[[float], list[hl.Layer]], lengths: Sequence[float], solid_lengths: Sequence[float],
     jobs: int | None,
 ) -> xr.Dataset:  # fmt: skip
-    """Return AR and TOF over a length, m: rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
-
-    The force at the sensors is that of the middle dashpot.
-    """
+    """Return AR and TOF over a length, m: rods for all dashpots, axisymmetric cylinders (solid_…) for the middle."""
 
     def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
         return hl.CoSimulation(chain(dashpot), rod(stack(length)))
@@ -180,11 +141,9 @@ def over_lengths(
     def against_cylinder(solid_length: float) -> hl.CoSimulation:
         return hl.CoSimulation(chain(), cylinder(stack(solid_length)))
 
-    data = hl.sweep(against_rod, RECORD, jobs, with_forces, length=lengths, dashpot=DASHPOTS)
-    data["sensor_force"] = data.sensor_force.sel(dashpot=DASHPOT, drop=True)
-    solids = hl.sweep(against_cylinder, RECORD, jobs, measure, solid_length=solid_lengths)
-    data = data.assign(named(solids[[RATIO, FLIGHT]], "solid").data_vars)
-    return with_units(data, length="m", solid_length="m", dashpot="N s/m")
+    data = hl.sweep(against_rod, RECORD, jobs, measure, length=lengths, dashpot=DASHPOTS)
+    solids = named(hl.sweep(against_cylinder, RECORD, jobs, measure, solid_length=solid_lengths), "solid")
+    return with_units(data.assign(solids.data_vars), length="m", solid_length="m", dashpot="N s/m")
 
 
 def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, Case]:
@@ -202,12 +161,6 @@ def lost(values: xr.DataArray) -> float:
     return 100.0 * float(1.0 - values.min() / values.max())
 
 
-def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
-    """Return AR or TOF of the cylinders minus that of rods of the same length."""
-    middle = data[name].sel(wave=wave, dashpot=DASHPOT)
-    return data[f"solid_{name}"].sel(wave=wave) - middle.dropna("length").interp(length=data.solid_length)
-
-
 def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """Draw AR or TOF of one wave over a length: rods, their band between the outer dashpots, and cylinders."""
     factor = 1e6 if name == FLIGHT else 1.0
@@ -220,7 +173,3 @@ def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, labe
     draw.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)
     draw.logarithmic(axis, "x")
-
-
-def force_map(data: xr.Dataset, label: str) -> draw.Figure:
-    return draw.intensity_map(data.sensor_force.sel(sensor=SENSOR), "length", label, 1e3)

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 
+import joblib
 import numpy as np
 import xarray as xr
+from tqdm.auto import tqdm
 
 from hertzlink.studies import draw, equations, study
 from hertzlink.studies.compare import AGREES, DIFFERS, MISPRINT, VERDICTS, Number, Row, compare, counts, printed
-from hertzlink.studies.shared import each
 from structures.caution import collected
 
 # Parts that are computed without a run, by what stands for their study in printed.csv.
@@ -24,7 +25,9 @@ LONGEST_FIRST = ("plate-boundary", "deformable-chain", "contact-law")
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return the rows of all parts. quick: the quick versions of the studies."""
     order = sorted(PARTS, key=lambda part: part not in LONGEST_FIRST)
-    done = dict(zip(order, each(rows_of, [{"part": part, "quick": quick} for part in order], jobs), strict=True))
+    parallel = joblib.Parallel(min(joblib.cpu_count() if jobs is None else jobs, len(order)), return_as="generator")
+    found = parallel(joblib.delayed(rows_of)(part, quick) for part in order)
+    done = dict(zip(order, tqdm(found, total=len(order), leave=False, disable=None), strict=True))
     columns = zip(*((part, *row) for part in PARTS for row in done[part]), strict=True)
     names = ("part", *Row._fields)
     return xr.Dataset({name: ("entry", [*column]) for name, column in zip(names, columns, strict=True)})

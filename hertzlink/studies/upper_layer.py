@@ -15,9 +15,6 @@ RADIUS, LOWER = 9.525e-3, 25.4e-3
 UPPERS = tuple(np.geomspace(6.35e-3, 101.6e-3, 33))
 SOLID_UPPERS = tuple(6.35e-3 * 2.0 ** (i / 2.0) for i in range(9))
 WEAK = 0.1  # AR of a secondary wave that figure 6.11 still shows.
-# PTFE as a standard linear solid: the shares of Table 2.1's modulus that relax, the relaxation time, s, and γ, N s/m.
-# One choice that comes close to the experiment at 6.35 mm, not a fit: other pairs come equally close.
-SHARES, RELAXATION, VISCOUS_DASHPOT = (0.3, 0.4, 0.5), 30e-6, 4.0
 
 
 def layers(upper: float, lower: float) -> list[hl.Layer]:
@@ -42,30 +39,16 @@ def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
-
-    viscous_…: AR and TOF for the thinnest one, over the share of PTFE's modulus that relaxes.
-    """
-
-    def viscoelastic(share: float) -> hl.CoSimulation:
-        loss = hl.damping.StandardLinearSolid(share, RELAXATION, "instantaneous")
-        body = hl.damping.damped(hl.rod(layers(UPPERS[0], LOWER)), loss, part=1)
-        return hl.CoSimulation(shared.chain(VISCOUS_DASHPOT), hl.reduce(body, shared.RECORD))
-
+    """Return AR and TOF over the thickness of the upper layer. quick: every fourth thickness."""
     uppers, solids = (UPPERS[::4], SOLID_UPPERS[::4]) if quick else (UPPERS, SOLID_UPPERS)
-    data = shared.over_lengths(lambda upper: layers(upper, LOWER), uppers, solids, jobs)
-    viscous = hl.sweep(viscoelastic, shared.RECORD, 1, shared.measure, share=SHARES)
-    viscous = shared.named(viscous[["amplitude_ratio", "time_of_flight"]], "viscous")
-    return shared.with_units(data.assign(viscous.data_vars), share="1")
+    return shared.over_lengths(lambda upper: layers(upper, LOWER), uppers, solids, jobs)
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     expected, solid = theory(data.length.values, LOWER), data.isel(solid_length=0)
-    wide = (
-        float(solid.solid_amplitude_ratio.sel(wave="primary")),
-        1e6 * float(solid.solid_time_of_flight.sel(wave="secondary")),
-    )
-    for place, upper, readings in ((0, "6.35 mm", {"axisymmetric": wide[0]}), (-1, "101.6 mm", {})):
+    wide_ratio = float(solid.solid_amplitude_ratio.sel(wave="primary"))
+    wide_flight = 1e6 * float(solid.solid_time_of_flight.sel(wave="secondary"))
+    for place, upper, readings in ((0, "6.35 mm", {"axisymmetric": wide_ratio}), (-1, "101.6 mm", {})):
         first, second = (data.amplitude_ratio.isel(length=place).sel(wave=wave) for wave in shared.WAVES)
         said = f"equation 6.24: {float(expected.amplitude_ratio[place]):.3f}"
         yield Number(f"AR, primary, {upper}", shared.over_dashpots(first) | readings, said)
@@ -83,51 +66,37 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("TOF, primary", shared.ends(primary))
     printed, heavier = 1e6 * expected.secondary.values, 1e6 * float(expected.secondary_with_mass[0])
     thin = data.time_of_flight.isel(length=0).sel(wave="secondary")
-    cases = shared.over_dashpots(thin, 1e6) | {"equation 6.34": float(printed[0]), "axisymmetric": wide[1]}
+    cases = shared.over_dashpots(thin, 1e6) | {"equation 6.34": float(printed[0]), "axisymmetric": wide_flight}
     yield Number("TOF, secondary, 6.35 mm", cases, f"a third of the lower mass makes equation 6.34 {heavier:.0f} µs")
     followed = secondary.dropna("length")
     said = f"the last one is at {1e3 * float(followed.length[-1]):.0f} mm, {float(followed[-1]):.0f} µs"
     yield Number("TOF, secondary, 101.6 mm", {"": "none", "equation 6.34": float(printed[-1])}, said)
     yield Number("TOF, secondary, longer by", 100.0 * float(followed[-1] / followed[0] - 1.0), said)
 
-    # One possible cause of the weaker and later secondary wave.
-    shares = " and ".join(f"{100 * share:.0f} %" for share in (SHARES[0], SHARES[-1]))
-    relaxing = f"PTFE loses {100 * SHARES[1]:.0f} % of its modulus within {RELAXATION * 1e6:.0f} µs; with {shares}"
-    ratios, flights = data.viscous_amplitude_ratio, 1e6 * data.viscous_time_of_flight
-    for name, of, unit, experiment in (
-        ("AR, primary", ratios.sel(wave="primary"), "", "0.428"),
-        ("AR, secondary", ratios.sel(wave="secondary"), "", "0.3"),
-        ("TOF, secondary", flights.sel(wave="secondary"), "µs", "619 µs"),
-    ):
-        low, middle, high = of.values.tolist()
-        said = f"the experiment has {experiment}; {relaxing}: {low:.3g} and {high:.3g}"
-        yield Number(f"{name}, 6.35 mm, viscoelastic PTFE", middle, said, unit)
-
 
 def figures(
     data: xr.Dataset, expected: Callable[[Vector], xr.Dataset] = lambda upper: theory(upper, LOWER),
     material: str = "steel",
 ) -> dict[str, draw.Figure]:  # fmt: skip
-    """Return TOF (figures 6.10, 6.13) and AR (6.11, 6.14) of both waves over the thickness of a layer, with theory, and
-    the force-intensity map (6.9, 6.12)."""
+    """Return TOF (figures 6.10, 6.13) and AR (6.11, 6.14) of both waves over the thickness of a layer, with theory."""
     drawn, xlabel = {}, f"thickness of the {material} layer (mm)"
     lengths = np.geomspace(float(data.length.min()), float(data.length.max()), 200)
-    theory, impact = expected(lengths), "theory of impact on the layer"
+    theory = expected(lengths)
     lines = {
-        (shared.FLIGHT, "primary"): {impact: (shared.FLIGHT, "-")},
-        (shared.RATIO, "primary"): {impact: (shared.RATIO, "-")},
-        (shared.FLIGHT, "secondary"): {
-            "theory: layer on a spring": ("secondary", "-"),
-            "the same, spring with mass": ("secondary_with_mass", "--"),
-        },
+        "primary": {"theory of impact on the layer": "-"},
+        "secondary": {"theory: layer on a spring": "-", "the same, spring with mass": "--"},
     }
+    curves = {
+        (shared.FLIGHT, "primary"): (shared.FLIGHT,), (shared.RATIO, "primary"): (shared.RATIO,),
+        (shared.FLIGHT, "secondary"): ("secondary", "secondary_with_mass"), (shared.RATIO, "secondary"): (),
+    }  # fmt: skip
     for name, label, factor in ((shared.FLIGHT, "TOF (µs)", 1e6), (shared.RATIO, "AR", 1.0)):
         drawn[name], axes = draw.panels(2, width=3.9, height=3.4)
         for axis, wave in zip(axes, shared.WAVES, strict=True):
             shared.against_length(axis, data, name, wave, f"{label}, {wave} wave", xlabel)
-            for words, (variable, style) in lines.get((name, wave), {}).items():
+            for variable, (words, style) in zip(curves[name, wave], lines[wave].items(), strict=False):
                 draw.theory_line(axis, lengths * 1e3, factor * theory[variable], words, style)
             if name == shared.RATIO:
                 axis.set_ylim(bottom=0.0)
             axis.legend()
-    return {**drawn, "force_intensity": shared.force_map(data, xlabel)}
+    return drawn

@@ -135,12 +135,11 @@ def swept(build: Callable[..., hl.CoSimulation], until: float, sensors: tuple[in
 
 
 def run_curves(
-    name: str, curves: Mapping[Any, Curve], beads: int, sensors: tuple[int, int], until: float,
-    approach: Vector | None = None,
-) -> xr.Dataset:  # fmt: skip
-    """Return speed, peak force and width between two sensors, over `name` and striker; theory and contact laws.
+    name: str, curves: Mapping[Any, Curve], beads: int, sensors: tuple[int, int], until: float
+) -> xr.Dataset:
+    """Return speed, peak force and width between two sensors, over `name` and striker, and the speed by theory.
 
-    until: length of the records, s. approach: m, at which the laws are given.
+    until: length of the records, s.
     """
 
     def build(curve: Any, striker: int) -> hl.CoSimulation:
@@ -155,10 +154,6 @@ def run_curves(
         fit = power_fit(curve.law, *curve.law.approach(ends).tolist())
         speeds.append(long_waves(curve.pair[0], *fit).wave_speed_from_force(forces))
     data["theory"] = (("curve", "striker"), speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
-    if approach is not None:
-        data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
-        forces = [curve.law.force(approach) for curve in curves.values()]
-        data["force"] = (("curve", "approach"), forces, {"units": "N"})
     return data.rename(curve=name)
 
 

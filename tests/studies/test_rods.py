@@ -106,6 +106,17 @@ def test_thicker_steel_reflects_more() -> None:
 
 
 @pytest.mark.thorough
+def test_ptfe_that_relaxes_comes_near_the_measured_waves() -> None:
+    """The experiment has AR 0.428 and 0.3, and TOF 619 µs of the secondary wave, below 6.35 mm of steel; a plain rod has
+    0.398, 0.402 and 584 µs. 40 % of the modulus relaxes within 30 µs: one choice of many that come as close."""
+    loss = hl.damping.StandardLinearSolid(0.4, 30e-6, "instantaneous")
+    body = hl.damping.damped(hl.rod(upper_layer.layers(6.35e-3, upper_layer.LOWER)), loss, part=1)
+    found = shared.measure(hl.CoSimulation(shared.chain(4.0), hl.reduce(body, shared.RECORD)).run(shared.RECORD))
+    assert found.amplitude_ratio.values == pytest.approx([0.428, 0.3], abs=0.02)
+    assert found.time_of_flight.values[1] == pytest.approx(619e-6, rel=0.02)
+
+
+@pytest.mark.thorough
 def test_thicker_ptfe_delays_the_secondary_wave_only() -> None:
     """25.4 to 50.8 mm: primary AR and TOF unchanged to 0.1 %, secondary TOF 584 and 645 µs."""
     runs = quick("lower-layer").sel(dashpot=5.0).sel(length=[25.4e-3, 50.8e-3], method="nearest")
