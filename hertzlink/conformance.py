@@ -80,7 +80,8 @@ def run(one: Driven, drives: Iterable[Answers], window: float, parts: int = 1) -
     for drive in drives:
         of_window = []
         for part in range(1, parts + 1):
-            piece = before + part / parts * (drive - before) if isinstance(one, DrivenChain) else drive
+            within = isinstance(one, DrivenChain) and part < parts
+            piece = before + part / parts * (drive - before) if within else drive
             state, answer = one.move(deepcopy(state), piece, window / parts)
             of_window.append(answer)
         answers.append(np.mean(of_window, axis=0) if isinstance(one, DrivenChain) else answer)

@@ -106,17 +106,6 @@ def test_thicker_steel_reflects_more() -> None:
 
 
 @pytest.mark.thorough
-def test_ptfe_that_relaxes_comes_near_the_measured_waves() -> None:
-    """The experiment has AR 0.428 and 0.3, and TOF 619 µs of the secondary wave, below 6.35 mm of steel; a plain rod has
-    0.398, 0.402 and 584 µs. 40 % of the modulus relaxes within 30 µs: one choice of many that come as close."""
-    loss = hl.damping.StandardLinearSolid(0.4, 30e-6, "instantaneous")
-    body = hl.damping.damped(hl.rod(upper_layer.layers(6.35e-3, upper_layer.LOWER)), loss, part=1)
-    found = shared.measure(hl.CoSimulation(shared.chain(4.0), hl.reduce(body, shared.RECORD)).run(shared.RECORD))
-    assert found.amplitude_ratio.values == pytest.approx([0.428, 0.3], abs=0.02)
-    assert found.time_of_flight.values[1] == pytest.approx(619e-6, rel=0.02)
-
-
-@pytest.mark.thorough
 def test_thicker_ptfe_delays_the_secondary_wave_only() -> None:
     """25.4 to 50.8 mm: primary AR and TOF unchanged to 0.1 %, secondary TOF 584 and 645 µs."""
     runs = quick("lower-layer").sel(dashpot=5.0).sel(length=[25.4e-3, 50.8e-3], method="nearest")
@@ -150,17 +139,26 @@ def test_a_layer_that_may_widen_makes_the_cylinder_a_rod() -> None:
 
 @pytest.mark.thorough
 def test_viscoelastic_ptfe_is_one_possible_cause() -> None:
-    """Recomputed elsewhere with 40 % of the modulus fading in 30 µs: AR 0.418 and 0.293, TOF 611 µs; elastic 0.416.
+    """The experiment has AR 0.428 and 0.3, and TOF 619 µs of the secondary wave, below 6.35 mm of steel.
 
-    The more fades, the weaker and later the secondary wave; the primary one hardly changes.
+    Recomputed elsewhere with 40 % of the modulus fading in 30 µs: AR 0.418 and 0.293, TOF 611 µs; elastic 0.416. The
+    more fades, the weaker and later the secondary wave; the primary one hardly changes.
     """
-    upper = quick("upper-layer")
-    found, secondary = upper.sel(share=0.4), upper.sel(wave="secondary")
-    assert found.viscous_amplitude_ratio.values == pytest.approx([0.418, 0.293], abs=2e-3)
-    assert found.viscous_time_of_flight.sel(wave="secondary").item() * 1e6 == pytest.approx(611.0, abs=1.0)
-    assert secondary.amplitude_ratio.sel(dashpot=4.0)[0].item() == pytest.approx(0.416, abs=2e-3)
-    assert (secondary.viscous_amplitude_ratio.diff("share") < -0.02).all()
-    assert (secondary.viscous_time_of_flight.diff("share") > 5e-6).all()
+    stack = hl.rod(upper_layer.layers(6.35e-3, upper_layer.LOWER))
+
+    def returned(share: float) -> tuple[float, float, float]:
+        loss = hl.damping.StandardLinearSolid(share, 30e-6, "instantaneous")
+        body = hl.reduce(hl.damping.damped(stack, loss, part=1) if share else stack, shared.RECORD)
+        found = shared.measure(hl.CoSimulation(shared.chain(4.0), body).run(shared.RECORD))
+        return (*found.amplitude_ratio.values.tolist(), 1e6 * found.time_of_flight.values[1])
+
+    elastic, less, middle, more = (returned(share) for share in (0.0, 0.3, 0.4, 0.5))
+    assert middle[:2] == pytest.approx([0.418, 0.293], abs=2e-3)
+    assert middle[2] == pytest.approx(611.0, abs=1.0)
+    assert elastic[1] == pytest.approx(0.416, abs=2e-3)
+    for first, second in ((less, middle), (middle, more)):
+        assert second[1] < first[1] - 0.02
+        assert second[2] > first[2] + 5.0
 
 
 @pytest.mark.thorough
