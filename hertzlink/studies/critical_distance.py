@@ -98,10 +98,6 @@ def ratio(run: xr.Dataset) -> float:
     return primary.amplitude_ratio if primary else 0.0
 
 
-def measure(run: xr.Dataset) -> xr.Dataset:
-    return xr.Dataset({"amplitude_ratio": ratio(run)})
-
-
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR over edge, λ and d/ℓ, critical distances, and AR of other pairs. quick: fewer."""
     parameters, distances = (QUICK_PARAMETERS, QUICK_DISTANCES) if quick else (PARAMETERS, DISTANCES)
@@ -125,9 +121,9 @@ def sampled(
         return pairs[pair].near(edge, inelasticity, scaled_distance)
 
     runs = hl.sweep(
-        near, min(pair.record for pair in pairs.values()), jobs, measure, pair=list(pairs), edge=EDGES,
-        inelasticity=parameters, scaled_distance=(*distances, np.inf),
-    ).amplitude_ratio  # fmt: skip
+        near, min(pair.record for pair in pairs.values()), jobs, lambda run: xr.Dataset({"ratio": ratio(run)}),
+        pair=list(pairs), edge=EDGES, inelasticity=parameters, scaled_distance=(*distances, np.inf),
+    ).ratio  # fmt: skip
     ratios, far = runs.isel(scaled_distance=slice(None, -1)), runs.isel(edge=0, scaled_distance=-1, drop=True)
 
     def tabulated(edge: str, parameter: float) -> Vector:
