@@ -74,15 +74,17 @@ def random(one: Driven, seed: int) -> Answers:
     return one.size * np.random.default_rng(seed).normal(size=(WINDOWS, one.contacts))
 
 
-def run(one: Driven, drives: Iterable[Answers], window: float, parts: int = 1) -> Answers:
-    """Return the answers from the start. Each window is cut into parts under the same drive."""
+def run(
+    one: Driven, drives: Iterable[Answers], window: float, parts: int = 1, copy: Callable[[Any], Any] = deepcopy
+) -> Answers:
+    """Return the answers from the start. Each window is cut into parts under the same drive, and begins with a copy."""
     state, before, answers = one.start(), np.zeros(one.contacts), []
     for drive in drives:
         of_window = []
         for part in range(1, parts + 1):
             within = isinstance(one, DrivenChain) and part < parts
             piece = before + part / parts * (drive - before) if within else drive
-            state, answer = one.move(deepcopy(state), piece, window / parts)
+            state, answer = one.move(copy(state), piece, window / parts)
             of_window.append(answer)
         answers.append(np.mean(of_window, axis=0) if isinstance(one, DrivenChain) else answer)
         before = drive
@@ -123,12 +125,9 @@ def check_deterministic(make: Callable[[], Any], window: float = WINDOW) -> None
 def check_pickles(participant: Any, window: float = WINDOW) -> None:
     """Check that a state which was written and read goes on to the same bits."""
     one = driven(participant)
-    state = one.start()
-    for drive in random(one, 5)[:8]:
-        written = pickle.dumps(state)
-        state, answer = one.move(deepcopy(state), drive, window)
-        again = one.move(pickle.loads(written), drive, window)[1]
-        require(same(answer, again), "a pickled state goes on otherwise")
+    drives = random(one, 5)[:8]
+    written = run(one, drives, window, copy=lambda state: pickle.loads(pickle.dumps(state)))
+    require(same(run(one, drives, window), written), "a pickled state goes on otherwise")
 
 
 def check_splits(participant: Any, window: float = SHORT, rounding: float = 1e-9) -> None:
