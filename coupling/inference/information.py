@@ -134,11 +134,8 @@ def identifiability(
 
 
 class Design:
-    """A noise-free signal at the values, what it is compared by, and its derivatives.
-
-    They are DataArrays with the dimension "parameter": unknowns, changed by parts of their values, and nuisances. What
-    else they have counts the numbers that are compared, each over its error.
-    """
+    """A noise-free signal at the values, and the derivatives of what is compared, each over its error: DataArrays over
+    "parameter", the unknowns, changed by parts of their values, and nuisances."""
 
     def __init__(
         self, build: Callable[..., CoSimulation], values: Mapping[str, float], sensors: Iterable[int],
@@ -212,10 +209,8 @@ class Design:
 
 
 def bounds_of(derivatives: xr.DataArray, known: Iterable[str] = ()) -> tuple[dict[str, float], xr.DataArray]:
-    """Return the bound of each parameter but those that are known, and the correlations of the estimates.
-
-    A bound is infinite where there is less to compare than to find, or where nothing changes.
-    """
+    """Return the bound of each parameter but those that are known, and the correlations of the estimates; a bound is
+    infinite where there is less to compare than to find, or where nothing changes."""
     columns = derivatives.drop_sel(parameter=list(known))
     names, rows = columns.parameter.values.tolist(), columns.values.reshape(-1, columns.sizes["parameter"])
     rows = rows[np.isfinite(rows).all(axis=1)]

@@ -32,18 +32,13 @@ from structures.units import NUMBER, factor, in_si
 # The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm".
 HEAD = re.compile("([^/=(]*)(?:=([^/(]*))?(?:[/(](.*))?")
 
-FAILED, MEASURED = (
-    "failed",
-    "measured",
-)  # Verdicts of a point without an answer, and of AR and TOF, which have no model.
+FAILED, MEASURED = "failed", "measured"  # Verdicts without an answer, and of AR and TOF, which have no model.
 NONE = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}  # Of each unknown, without an answer.
 
 
 class Grid(NamedTuple):
     """The points of a table: each holds x and y (m), its files, and the values of the further columns by name.
-
-    units: those of x and y, as the table has them.
-    """
+    units: of x and y, as the table has them."""
 
     points: list[Point]
     units: tuple[str, str] = ("m", "m")

@@ -206,13 +206,9 @@ def read_signal(
 
 
 def _dataset(
-    time: Vector,
-    forces: Mapping[int, Vector],
-    positions: Mapping[int, float] | None,
-    baseline: float | str,
-    inputs: Mapping[str, Any],
-    where: str = "",
-) -> xr.Dataset:
+    time: Vector, forces: Mapping[int, Vector], positions: Mapping[int, float] | None, baseline: float | str,
+    inputs: Mapping[str, Any], where: str = "",
+) -> xr.Dataset:  # fmt: skip
     """Return the Dataset of forces over even times; `where`: how messages begin."""
     lasts, columns = float(time[-1] - time[0]), []
     is_lead = isinstance(baseline, str) and one_of("baseline", baseline, ["lead"]) == "lead"
