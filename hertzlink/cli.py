@@ -21,7 +21,7 @@ from hertzlink.output import WRONG_INPUT, check_output, complain, deliver, print
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
-    from hertzlink.cases.tasks import Answer
+    from hertzlink.cases.tables import Answer
 
 FAILED, STOPPED = 1, 130
 """Exit codes of a computation that failed, and after Ctrl-C. A command may return one of its own."""
@@ -124,7 +124,8 @@ def run(name: str, case: "Case", output: Path | None, force: bool, jobs: int | N
     AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
     sensor.
     """
-    from hertzlink.cases.tasks import report, run_both, task_of
+    from hertzlink.cases.tables import report
+    from hertzlink.cases.tasks import run_both, task_of
 
     task = task_of(case)
     folder = output or Path(Path(name).stem)

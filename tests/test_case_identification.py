@@ -18,8 +18,7 @@ from coupling.results.findings import findings_of
 from hertzlink.cases import Fault, parsed
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.identification import grid_of, question_of
-from hertzlink.cases.sweeps import budget_of
-from hertzlink.cases.tasks import run_both, task_of
+from hertzlink.cases.tasks import budget_of, run_both, task_of
 from hertzlink.cases.templates import template
 
 SHORT_WALL = template("wall").replace("beads = 20", "beads = 10").replace("1.5 ms", "0.6 ms").replace("= 7", "= 5")

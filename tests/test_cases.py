@@ -24,7 +24,8 @@ from hertzlink.cases.case import Case, read
 from hertzlink.cases.forms import example_of
 from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
-from hertzlink.cases.tasks import Table, task_of
+from hertzlink.cases.tables import Table
+from hertzlink.cases.tasks import task_of
 from hertzlink.cases.templates import KINDS, template
 from structures.described import registered
 

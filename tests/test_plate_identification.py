@@ -15,8 +15,7 @@ from coupling.inference.plates import on_modes
 from coupling.yield_check import CURE
 from hertzlink.cases.case import YIELDING, Case
 from hertzlink.cases.identification import answer_of, fit, question_of
-from hertzlink.cases.sweeps import builder_of
-from hertzlink.cases.tasks import Task, task_of
+from hertzlink.cases.tasks import Task, builder_of, task_of
 from hertzlink.cases.templates import template
 
 ASKED = """

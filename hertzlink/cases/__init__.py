@@ -16,7 +16,6 @@ from pathlib import Path as File
 from typing import Any
 
 from structures.checks import count_of, short
-from structures.units import in_si
 
 Path = tuple[str | int, ...]
 
@@ -25,12 +24,17 @@ PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
 # Bytes of a file, so that the longest force history fits; letters of a list in one line.
 LARGEST, WIDTH = 1_000_000, 110
 
+# A value without quotes, such as 2.29 mm or steel 440C, that is neither a number nor a word of TOML.
+END = r" *(?:$|[,}\]])"
+WORD = re.compile(
+    rf"(?:^|[=\[,]) *(?!(?:true|false|[-+]?(?:inf|nan|[\d._]+(?:[eE][-+]?\d+)?)){END})"
+    rf"""([^\s"'=\[\]{{}},][^"'=\[\]{{}},]*?){END}"""
+)
+
 CHANGE = "--set"
 
 ENDS = ("", "\n]", "\n]]", "\n]}", "\n]}]", '"""', "'''")
 """What completes the first lines of a file: an entry may go on over several lines in lists and long texts alone."""
-
-QUANTITY = r"[-+]?[\d_.]+(?:[eE][-+]?\d+)? ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*"
 
 
 class Fault(ValueError):
@@ -154,12 +158,13 @@ class Source:
         name, equals, text = change.partition("=")
         if not equals:
             raise CaseError(f'{CHANGE} {change}: has no "="; write --set structure.thickness="1 mm"')
+        value: Any = text.strip()  # also as a shell leaves it of "1 mm"
         try:
-            value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
-        except (KeyError, ValueError):
-            value = text.strip()  # as a shell leaves it of "1 mm"
+            value = tomllib.loads(f"value = {value}")["value"] if "\n" not in text else text
         except RecursionError:
             raise CaseError(f"{CHANGE} {name}: is nested too deeply") from None
+        except (KeyError, ValueError):
+            pass  # a text without quotes
         try:
             path = parsed(name.strip())
             if path == ("extends",):
@@ -172,21 +177,17 @@ class Source:
 
 def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
     """Read a case file with what it extends, and apply changes of the form path=value; a CaseError for faults."""
-    files: list[Source] = []
-    name, file = str(path), File(path)
-    while True:
-        one = _read(name, file)
-        files.append(one)
-        base = one.data.get("extends")
-        if base is None:
-            break
+    files = [_read(str(path), File(path))]
+    while (base := files[-1].data.get("extends")) is not None:
+        above, place = files[-1], File(files[-1].texts[0][0])
         if not isinstance(base, str) or not base:
-            raise one.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
-        if not (file.parent / base).is_file():
-            raise one.error(Fault(("extends",), f'there is no file "{base}" in {file.parent}'))
-        name, file = str(File(name).parent / base), file.parent / base
-        if file.resolve() in [File(above.texts[0][0]).resolve() for above in files]:
-            raise one.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
+            raise above.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
+        below = place.parent / base
+        if not below.is_file():
+            raise above.error(Fault(("extends",), f'there is no file "{base}" in {place.parent}'))
+        if below.resolve() in [File(one.texts[0][0]).resolve() for one in files]:
+            raise above.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
+        files.append(_read(str(below), below))
 
     data: dict[str, Any] = {}
     for one in reversed(files):
@@ -196,8 +197,8 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
                 at = parsed(left_out)
                 del entry(data, at[:-1])[str(at[-1])]
             except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
-                below = one.data.get("extends")
-                of = f'of "{below}", such as "sweep"' if below else "of another case; give extends as well"
+                base = one.data.get("extends")
+                of = f'of "{base}", such as "sweep"' if base else "of another case; give extends as well"
                 raise one.error(Fault(("without", i), f"{short(left_out)} is not an entry {of}")) from None
         _merge(data, {key: value for key, value in one.data.items() if key not in ("extends", "without")})
     source = Source(data, [text for one in files for text in one.texts])
@@ -223,21 +224,20 @@ def _read(name: str, path: File) -> Source:
     try:
         with path.open("rb") as opened:
             content = opened.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
+        if len(content) > LARGEST:
+            raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
         text = content.decode("utf-8-sig")
+        data = tomllib.loads(text)
     except FileNotFoundError:
         raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
     except OSError as error:
         raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise CaseError(f"{name}: is not text in UTF-8; is it a case file?") from None
-    if len(content) > LARGEST:
-        raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
-    try:
-        data = tomllib.loads(text)
     except RecursionError:
         raise CaseError(f"{name}: is nested too deeply") from None
     except ValueError as error:  # also of a number with thousands of digits
-        raise CaseError(_syntax(name, str(error), text)) from None
+        raise error if isinstance(error, CaseError) else CaseError(_syntax(name, str(error), text)) from None
     # A title, or the file that is extended, stays as it is.
     inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
     return Source(data | _with_whole_paths(inside, path.resolve().parent), [(name, text)])
@@ -286,9 +286,6 @@ def _syntax(name: str, message: str, text: str) -> str:
     line = int(number[1]) if number else len(rows)
     # Outside of quotes and comments.
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
-    typed = next((one for one in re.findall(rf"(?<![\w.]){QUANTITY}", row) if not math.isnan(in_si(one))), "")
-    if word := re.search(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])", row):
-        typed = word[1]
     reason = f"{words}; this is not valid TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
         same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
@@ -300,9 +297,9 @@ def _syntax(name: str, message: str, text: str) -> str:
         reason = f'{curly[0]} is not a quotation mark of TOML; write "'
     elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):
         reason = f"{comma[1]} is not a number; write {comma[1].replace(',', '.')}"
-    elif typed:
-        right = typed.lower() if typed in ("True", "False") else f'"{typed}" in quotes'
-        reason = f"{typed} is not a value of TOML; write {right}"
+    elif (word := WORD.search(row)) and not row.startswith("["):
+        right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
+        reason = f"{word[1]} is not a value of TOML; write {right}"
     elif words.startswith("Unclosed") or (words, number) == ("Invalid value", None):
         line = max((i for i, other in enumerate(rows[:line], 1) if re.search(r"=\s*[\[{]", other)), default=line)
         reason = "a list or table that begins here is not closed"

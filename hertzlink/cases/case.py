@@ -1,11 +1,11 @@
 """A case as an object: data that build a co-simulation, and that are written as TOML."""
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 from hashlib import sha256
 from math import inf
 from pathlib import Path as File
@@ -17,29 +17,28 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
 from coupling.results.missing_waves import UNTIL
-from hertzlink.cases import Fault, Path, Source, as_toml, entry, parsed, put, read_source, written
-from hertzlink.cases.forms import OF_MATERIAL, form_of
-from hertzlink.cases.parts import Measure, Sections
+from hertzlink.cases import Fault, Path, Source, as_toml, parsed, put, read_source
+from hertzlink.cases.forms import OF_MATERIAL, allowed, form_of
+from hertzlink.cases.parts import InLayer, Measure, Sections
 from hertzlink.cases.reader import Call, Context
 from hertzlink.cases.reader import read as read_value
 from plates.plate import Plate, are_meshed
-from structures.checks import count_of
 from structures.damping import Rayleigh, damped
 from structures.described import Parameter, registered
 from structures.fineness import fineness
 from structures.material import Material
 from structures.moving import MovingStructure
-from structures.quantities import InFile
+from structures.quantities import InFile, Quantity
 from structures.reduction import reduce
 
-YIELDING = 'law = { kind = "jackson_green" } for the chain'
-"""What a case needs for contacts that yield."""
+YIELDING = 'law = { kind = "jackson_green" } for the chain'  # what a case needs for contacts that yield
 
+# The last structures, by the text of all that they depend on: those of a sweep often differ in the chain alone.
 STORED = 8
-"""Structures that are kept for the next run: those of a sweep often differ in the chain alone."""
+_BUILT: dict[str, Any] = {}
 
+# Files of --with that were run, by path: one that did not change runs once in each process.
 _LOADED: dict[str, bytes] = {}
-"""Files of --with that were run, by path: one that did not change runs once in each process."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +56,6 @@ class Case:
     def tree(self) -> Call:
         """The checked sections; a Fault where one is wrong."""
         load(self.parts)
-        for section in (("sensitivities",), ("sweep",), ("identify", "unknowns")):
-            keys = entry(self.data, section)
-            for key in keys if isinstance(keys, dict) else ():
-                path: Path = (key,)
-                while isinstance(inner := entry(keys, path), dict) and inner and "from" not in inner:
-                    path = *path, next(iter(inner))
-                if len(path) > 1 and "." not in key:
-                    raise Fault((*section, key), f'a path belongs in quotes: "{written(path)}" = …')
         # Materials first: other sections name them.
         data = {name: self.data[name] for name in ("materials",) if name in self.data} | self.data
         context = Context()
@@ -104,26 +95,26 @@ class Case:
 
     def value(self, path: Path) -> Any:
         """Return the checked value (SI) at a path, or a property of a named material; None where there is none."""
-        return self._look(path)[0]
+        return self.look(path)[0]
 
-    def parameter(self, path: Path) -> Parameter | None:
-        """Return the parameter that the entry at a path is, or is a number of."""
-        return self._look(path)[1]
-
-    def _look(self, path: Path) -> tuple[Any, Parameter | None]:
+    def look(self, path: Path) -> tuple[Any, Quantity | None]:
+        """Return the value at a path, and the quantity that it is."""
         at: Any = self.tree
-        parameter = None
+        parameter: Parameter | None = None
         for part in path:
             if isinstance(at, OF_MATERIAL):
                 at, parameter = getattr(at, str(part), None), form_of(Material).entries.get(str(part))
             elif isinstance(at, Call):
+                # A material has what it does not state from the one that it is like.
+                inherits = at.form.target in OF_MATERIAL and part not in at.entries
                 parameter = at.form.entries.get(str(part))
-                at = getattr(at.made, str(part), None) if at.inherits(part) else at.entries.get(str(part))
+                at = getattr(at.made, str(part), None) if inherits else at.entries.get(str(part))
             elif isinstance(at, list | tuple):
                 at = at[part] if isinstance(part, int) and part < len(at) else None
+                parameter = next((row.item for row in allowed(parameter).rows), parameter) if parameter else None
             else:
                 at = at.get(part) if isinstance(at, Mapping) else None
-        return at, parameter
+        return at, parameter.quantity if parameter else None
 
     def changed(self, changes: Mapping[Any, Any]) -> "Case":
         """Return the same case with other values, by their paths as text or parts: {"structure.thickness": "1 mm"}."""
@@ -135,19 +126,13 @@ class Case:
     def to_toml(self) -> str:
         """Return the text of a case file, whose first lines name the files of parts of the user's own."""
         load(self.parts)
-        sums = [sha256(_LOADED[str(file.absolute())]).hexdigest() for file in self.parts]
-        lines = [f"# --with {file.name}, SHA-256 {sum_}\n" for file, sum_ in zip(self.parts, sums, strict=True)]
-        return "".join(lines) + as_toml(self.data)
+        sums = [(file.name, sha256(_LOADED[str(file.absolute())]).hexdigest()) for file in self.parts]
+        return "".join(f"# --with {name}, SHA-256 {sum_}\n" for name, sum_ in sums) + as_toml(self.data)
 
-    @contextmanager
-    def located(self, section: str = "run") -> Iterator[None]:
+    def located(self, section: str = "run") -> AbstractContextManager[None]:
         """Turn messages that name an entry of a section into its Faults."""
         call: Call = self.tree.entries[section]
-        try:
-            yield
-        except ValueError as error:
-            fault = call.fault(str(error))
-            raise fault if fault.path != call.path else error from error
+        return call.located(others=False)
 
     def run(self, simulation: CoSimulation | None = None) -> xr.Dataset:
         """Run it, without its sweep. simulation: that of the case, where it is built already."""
@@ -161,34 +146,29 @@ class Case:
         for material in new.tree.context.materials.values():
             _ = material.made
         calls, bodies, run = new.all("chain"), new.all("structure"), new.tree.entries["run"]
-        for call in calls:
-            if "layer" in getattr(call.entries.get("damping"), "entries", ()):
-                raise Fault((*call.path, "damping", "layer"), "is for structures; a bead has no layers")
         chains = [call.made for call in calls]
-        points = [(number, point) for number, body in enumerate(bodies) for point in range(points_of(body))]
-        free = list(points)
         built = [structure_of(body, run) for body in bodies]
+        points = [(number, point) for number, body in enumerate(bodies) for point in range(points_of(body))]
+        taken = set[tuple[int, int]]()
 
         def seat(number: int, end: str) -> Any:
             """Return what an end of a chain touches: a contact point, or the structure where it has no other one."""
             path, stated = (*calls[number].path, end), calls[number].entries.get(end)
             if stated is None and end == "behind":
                 return None
-            if stated is None and len(points) != len(calls):
-                many = f"{count_of(len(bodies), 'structure')} with {count_of(len(points), 'contact point')}"
-                raise Fault(path, f"is missing; there are {many}, so give one, such as {{ structure = 0, point = 0 }}")
-            at = points[number] if stated is None else (stated.made.structure, stated.made.point)
-            if at not in points:
+            in_order = points[number] if len(points) == len(calls) else None
+            at = in_order if stated is None else (stated.made.structure, stated.made.point)
+            if at is None or at not in points:
+                what = f"there is no contact point {at[1]} of a structure {at[0]}" if at else "is missing"
                 every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
-                raise Fault(path, f"there is no contact point {at[1]} of a structure {at[0]}; take one of {every}")
+                raise Fault(path, f"{what}; take one of {every}")
             body = built[at[0]]
-            if at not in free and body is not None:
+            if at in taken and body is not None:
                 raise Fault(path, "is the contact point of another chain; give each its own, as in at = [[...], [...]]")
-            free[:] = [point for point in free if point != at]
+            taken.add(at)
             return ContactPoint(body, at[1]) if points_of(bodies[at[0]]) > 1 else body
 
-        faced, behind = ([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))
-        given: list[Any] = [chains, faced, behind]
+        given: list[Any] = [chains, *([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))]
         if not isinstance(new.tree.entries["chain"], list):
             given = [one[0] for one in given]
         settings = run.made
@@ -196,9 +176,9 @@ class Case:
             return CoSimulation(given[0], given[1], behind=given[2], **settings)
         except ValueError as error:
             name = str(error).partition(": ")[0].partition(" = ")[0]
-            tables = {**dict.fromkeys(run.form.entries, run), "structure": new.tree}
             # What names no section is about the chain.
-            raise tables.get(name, calls[0]).fault(str(error)) from error
+            table = run if name in run.form.entries else new.tree if name == "structure" else calls[0]
+            raise table.fault(str(error)) from error
 
 
 def points_of(structure: Call) -> int:
@@ -207,42 +187,27 @@ def points_of(structure: Call) -> int:
     return len(at) if isinstance(at, list) else 1 + (structure.entries.get("base") == "contact")
 
 
-@dataclass(frozen=True)
-class _Keyed:
-    """A structure to be built, by the text of all that it depends on."""
-
-    key: str
-    body: Call = field(compare=False)
-    run: Call = field(compare=False)
-
-
 def structure_of(body: Call, run: Call) -> Any:
     """Return a structure, damped, and reduced where it is large; the last ones are kept."""
-    if not are_meshed():
-        return _built.__wrapped__(_Keyed("", body, run))
-    noted = {name for name, one in body.form.entries.items() if any(isinstance(note, InFile) for note in one.notes)}
-    times = [File(value).stat().st_mtime_ns for name, value in body.entries.items() if name in noted]
+    noted = [name for name, one in body.form.entries.items() if any(isinstance(note, InFile) for note in one.notes)]
+    times = [File(body.entries[name]).stat().st_mtime_ns for name in noted if name in body.entries]
     # Two equal structures of one case are two bodies.
     key = repr((body.path, body, body.context.until, run.entries.get("reduce"), fineness(), times))
-    return _built(_Keyed(key, body, run))
+    if are_meshed() and key in _BUILT:
+        return _BUILT[key]
 
-
-@lru_cache(STORED)
-def _built(what: _Keyed) -> Any:
-    body, run = what.body, what.run
     structure = body.made
     if isinstance(structure, Plate):
         at = body.entries["at"]
-        x, y = ([*coordinates] for coordinates in zip(*at, strict=True)) if isinstance(at, list) else at
+        x, y = zip(*at, strict=True) if isinstance(at, list) else at
         with body.located():
             structure = structure.at(x, y, body.entries.get("face", "front"))
-
     # Losses in layers and those of Rayleigh act on the matrices, others on the reduced structure.
     losses: list[Call] = body.entries.get("damping", [])
-    early = [loss for loss in losses if isinstance(loss.made, Rayleigh) or "layer" in loss.entries]
+    early = [loss for loss in losses if isinstance(loss.made, Rayleigh | InLayer)]
     for loss in early:
         with loss.located():
-            structure = damped(structure, loss.made, loss.entries.get("layer"))
+            structure = damped(structure, *(loss.made if isinstance(loss.made, InLayer) else [loss.made]))
     wanted = run.entries.get("reduce", True)
     if structure is not None and structure.size and wanted is not False:
         with run.located():
@@ -254,6 +219,10 @@ def _built(what: _Keyed) -> Any:
         if loss not in early:
             with loss.located():
                 structure = damped(structure, loss.made)
+    if are_meshed():
+        _BUILT[key] = structure
+        if len(_BUILT) > STORED:
+            del _BUILT[next(iter(_BUILT))]
     return structure
 
 

@@ -29,31 +29,22 @@ def outlook(task: Task) -> str:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
         lines.append(f"  {axis.head}: {count_of(len(axis.values), 'value')}, {ends[0]} to {ends[1]}")
     chains = simulation.interface.chains
-    bodies = [one for one in simulation.interface.structures if isinstance(one, MovingStructure)]
-    parts = {"chain": [repr(one.chain) for one in chains], "structure": [_structure(one) for one in bodies]}
+    lines += [f"chain{f' {i}' * (len(chains) > 1)}: {one.chain!r}" for i, one in enumerate(chains)]
+    bodies = [one.structure for one in simulation.interface.structures if isinstance(one, MovingStructure)]
     if all(one.surface is None for one in chains):
-        parts["structure"] = ["nothing: the last bead flies off"]
-    for word, texts in parts.items():
-        lines += [f"{word}{f' {i}' if len(texts) > 1 else ''}: {text}" for i, text in enumerate(texts)]
+        bodies = []
+        lines.append("structure: nothing: the last bead flies off")
+    for i, body in enumerate(bodies):
+        size = f", {count_of(body.size, 'unknown')}" if body.size else ""
+        if full := body.origin.get("reduction", {}).get("full_size"):
+            size = f", a mesh of {full} unknowns, reduced to {count_of(body.size, 'oscillator')}"
+        lines.append(f"structure{f' {i}' * (len(bodies) > 1)}: {body.origin.get('kind', 'of your own')}{size}")
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
     if task.case.identify is not None:
-        from coupling.inference.plates import on_modes
-        from hertzlink.cases.identification import prepared, question_of
+        from hertzlink.cases.identification import question_of
 
-        question = prepared(question_of(task.case))
-        lines.append(f"identify: {count_of(len(question.ranges), 'unknown')}")
-        if on_modes(question, question.ranges, question.case.until) is not None:
-            lines.append("  on the modes of the plate")
+        lines.append(f"identify: {count_of(len(question_of(task.case).ranges), 'unknown')}")
     said = [warning for warning in dict.fromkeys(warnings) if "record" not in warning and "until" not in warning]
     return "\n".join([*lines, *(f"warning: {warning}" for warning in said)])
-
-
-def _structure(moving: MovingStructure) -> str:
-    """Return a structure in a few words."""
-    size, origin = moving.structure.size, moving.structure.origin
-    kind, unknowns = origin.get("kind", "of your own"), f", {count_of(size, 'unknown')}" if size else ""
-    if "reduction" in origin:
-        unknowns = f", a mesh of {origin['reduction']['full_size']} unknowns, reduced to {count_of(size, 'oscillator')}"
-    return f"{kind}{unknowns}"

@@ -3,54 +3,56 @@
 import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, is_dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 from functools import cache
 from importlib import import_module
+from math import inf
 from pkgutil import resolve_name
-from types import NoneType
 from typing import Any, NamedTuple, get_args, get_origin
 
 import numpy as np
 
-from coupling.black_box import Scheme
 from hertzlink._names import HOME, ROOMS, listed_in, namespaces
-from hertzlink.cases import Path
 from particles.bead import ATTRIBUTES, Bead
-from particles.dissipation import Dissipation
-from particles.excitation import Excitation
-from particles.laws.law import ContactLaw
-from particles.laws.yielding import YieldingLaw
-from plates.laminate import Laminate, OrthotropicMaterial
-from plates.plate import Plate
-from plates.section import Section
-from structures.damping import Viscous
+from plates.laminate import OrthotropicMaterial
 from structures.described import Described, Parameter, description, noted, of_family, registered
 from structures.material import Material
 from structures.quantities import Asks, Quantity
-from structures.structure import Structure
 
-TAGS: dict[type, str] = {Bead: "shape"} | dict.fromkeys(
-    (Structure, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw), "kind"
-)
-"""The families of which a table is one member, and the entry that says which."""
-
+# Classes of which a text names one. Tables of them, and of what else may stand there, are known by their entries.
 OF_MATERIAL = (Material, OrthotropicMaterial)
-"""Classes of which a text names one."""
 
-BY_ENTRIES = (*OF_MATERIAL, Laminate, Section)
-"""Classes of which a table says by its entries which one is meant, without a kind."""
 
-PLACES: dict[str, Path] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
-"""Names in messages about a point, and the entries to which they belong."""
+class Family(NamedTuple):
+    """A class of which a table is one member.
 
-SPECIAL: dict[Any, "Special"] = {}
-"""What a table has besides the arguments of its target; `parts` fills it, and what follows."""
+    tag: the entry that says which one. common: entries of all members that are no arguments: they are read where the
+    table stands. others: members that are not found by what they make, without the common entries.
+    """
 
-EXTRA: dict[type, dict[str, Any]] = {}
-"""Members of families that are not found by what they make, by their kinds."""
+    tag: str = "kind"
+    common: Mapping[str, Parameter] = {}
+    others: Mapping[str, Any] = {}
 
-COMMON: dict[type, dict[str, Parameter]] = {}
-"""Entries of all that makes an object of a class, which are no arguments: they are read where the table stands."""
+
+# What `parts` declares.
+FAMILIES: dict[Any, Family] = {}
+SPECIAL: dict[Any, tuple[Callable[..., Any], Sequence[str], Sequence[Callable[..., Any]]]] = {}
+
+
+def in_cases(
+    target: Any, without: Sequence[str] = (), also: Sequence[Callable[..., Any]] = ()
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register a function as what makes the tables of a target. It takes the entries; its parameters are entries too.
+
+    without: parameters of the target that have no entry. also: functions whose parameters are entries as well.
+    """
+
+    def register(make: Callable[..., Any]) -> Callable[..., Any]:
+        SPECIAL[target] = make, without, also
+        return make
+
+    return register
 
 
 @dataclass(frozen=True)
@@ -60,87 +62,58 @@ class Of:
     target: Any
 
 
-class Special(NamedTuple):
-    """How a table differs from the call of its target.
-
-    make: takes the entries; its parameters are entries too. without: parameters of the target that have no entry.
-    named: paths of entries to which names in messages belong. also: functions whose parameters are entries too.
-    """
-
-    make: Callable[..., Any]
-    without: tuple[str, ...] = ()
-    named: Mapping[str, Path] = PLACES
-    also: tuple[Callable[..., Any], ...] = ()
-
-
-def in_cases(*targets: Any, **settings: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register a function as what makes the tables of some targets; settings are those of `Special`."""
-
-    def register(make: Callable[..., Any]) -> Callable[..., Any]:
-        SPECIAL.update(dict.fromkeys(targets, Special(make, **settings)))
-        return make
-
-    return register
-
-
 @dataclass(frozen=True, eq=False)
 class Form:
-    """The entries of a table, and how what it means is made. common: entries that are no arguments."""
+    """The entries of a table, and what makes something of them. common: entries that are no arguments."""
 
     target: Any
+    make: Callable[..., Any]
     kind: str
     tag: str
     entries: dict[str, Parameter]
-    common: frozenset[str]
-    special: Special | None
+    common: Mapping[str, Parameter]
 
 
 @cache
 def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
-    """Return the form of the tables of a function or a class, by itself or as a member of a family."""
+    """Return the form of the tables of a target, by itself or in a family. kind: of one that is not found by itself."""
     of = description(target) or Described(target)
+    make, without, also = SPECIAL.get(target) or (target, (), ())
     entries = {name.rstrip("_"): parameter for name, parameter in of.parameters.items()}
-    special = SPECIAL.get(target)
-    if special is not None:
-        for one in special.also:
-            entries |= Described(one).parameters
-        own = {name: one for name, one in Described(special.make).parameters.items() if name != "others"}
+    for one in also:
+        entries |= Described(one).parameters
+    if make is not target:
+        own = {name: one for name, one in Described(make).parameters.items() if name != "others"}
         for name, parameter in own.items():
             if parameter.type is Any and not parameter.notes and name in entries:
                 own[name] = replace(entries[name], default=parameter.default)
-        entries = own | {name: p for name, p in entries.items() if name not in (*own, *special.without)}
+        entries = own | {name: one for name, one in entries.items() if name not in (*own, *without)}
     radius = entries.get("radius")
     if radius is not None and radius.required:
-        radius = replace(radius, default=None)
-        entries |= {"radius": radius, "diameter": replace(radius, name="diameter")}
-    bases = () if family is None or of.makes is NoneType else (family, *getattr(of.makes, "__mro__", ()))
-    common = {name: one for base in COMMON if base in bases for name, one in COMMON[base].items()}
-    tag = "" if family is None else TAGS[family]
-    return Form(target, kind or of.kind, tag, entries | common, frozenset(common), special)
-
-
-def members(family: type) -> dict[str, Form]:
-    """Return the forms of a family by their kinds."""
-    return _members(family, registered())
+        # The valid range is that of the radius.
+        notes = (replace(one, low=0.0, high=inf) if isinstance(one, Quantity) else one for one in radius.notes)
+        entries["radius"] = replace(radius, default=None)
+        entries["diameter"] = replace(radius, name="diameter", default=None, notes=tuple(notes))
+    common = FAMILIES[family].common if family and not kind else {}
+    tag = FAMILIES[family].tag if family else ""
+    return Form(target, make, kind or of.kind, tag, entries | dict(common), common)
 
 
 @cache
-def _members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
+def members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
+    """Return the forms of a family by their kinds."""
+    many = [of for of in of_family(family) if of.builds]
     if family is Bead:
-        targets = [of for of in all_described if inspect.isclass(of.target)]
-        many = [of for of in targets if {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}]
-    elif family is Structure:
-        many = [of for base in (Structure, Plate) for of in of_family(base) if of.builds]
-    else:
-        many = [*of_family(family)]
+        classes = [of for of in all_described if inspect.isclass(of.target)]
+        many = [of for of in classes if {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}]
     found: dict[str, Described] = {}
     for of in many:
-        first = found.get(of.kind)
-        if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
+        first = found.setdefault(of.kind, of)
+        if first is not of and str(first.target.__module__).partition(".")[0] in ROOMS:
             place = getattr(sys.modules.get(of.target.__module__), "__file__", of.target.__module__)
             raise ValueError(f"{of.name} of {place}: hertzlink has this kind; give it another name")
         found[of.kind] = of
-    forms = {kind: form_of(target, family, kind) for kind, target in EXTRA.get(family, {}).items()}
+    forms = {kind: form_of(target, family, kind) for kind, target in FAMILIES[family].others.items()}
     for kind in sorted(found):
         forms |= dict.fromkeys((kind, *found[kind].also), form_of(found[kind].target, family))
     return forms
@@ -152,47 +125,45 @@ def entry_of(hint: Any, default: Any = inspect.Parameter.empty) -> Parameter:
 
 
 class Row(NamedTuple):
-    """A list that an annotation allows: what it becomes, its items (None: any numbers), and how many, if fixed."""
+    """A list, or a table of any names, that an annotation allows: what it becomes, its items, how many if fixed."""
 
     make: type
-    item: Parameter | None
-    length: int | None
+    item: Parameter
+    length: int | None = None
 
 
-@dataclass
-class Allowed:
-    """What an annotation allows: tables with and without a kind, lists, tables of any names, and single values."""
+class Allowed(NamedTuple):
+    """What an annotation allows: tables by their tag ("" without one) and kind, lists, and values with their notes."""
 
-    tagged: dict[str, dict[str, Form]] = field(default_factory=dict)
-    plain: list[Form] = field(default_factory=list)
-    lists: list[Row] = field(default_factory=list)
-    mappings: list[Parameter] = field(default_factory=list)
-    single: list[tuple[Any, tuple[Any, ...]]] = field(default_factory=list)
+    tables: dict[str, dict[str, Form]]
+    rows: list[Row]
+    values: list[tuple[Any, tuple[Any, ...]]]
 
 
 def allowed(parameter: Parameter) -> Allowed:
     """Return what the annotation of a parameter allows."""
-    found = Allowed()
+    tables, rows, values = found = Allowed({}, [], [])
     for kind, notes in parameter.members or [(parameter.type, parameter.notes)]:
-        origin, of = get_origin(kind), next((note.target for note in notes if isinstance(note, Of)), None)
-        items = [entry_of(item, None) for item in get_args(kind) if item is not ...]
-        if inspect.isclass(kind) and kind in TAGS:
-            found.tagged.setdefault(TAGS[kind], {}).update(members(kind))
+        origin, arguments = get_origin(kind), [one for one in get_args(kind) if one is not ...]
+        of = next((note.target for note in notes if isinstance(note, Of)), None)
+        if kind in FAMILIES:
+            tables.setdefault(FAMILIES[kind].tag, {}).update(members(kind, registered()))
         elif of or (inspect.isclass(kind) and (is_dataclass(kind) or description(kind))):
-            found.plain.append(form_of(resolve_name(of) if isinstance(of, str) else of or kind))
+            form = form_of(resolve_name(of) if isinstance(of, str) else of or kind)
+            tables.setdefault("", {})[form.kind] = form
         # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
-        if np.ndarray in (origin, get_origin(getattr(origin, "__value__", None))):
-            found.lists.append(Row(list, None, None))
+        elif np.ndarray in (origin, get_origin(getattr(origin, "__value__", None))):
+            rows.append(Row(list, entry_of(Any, None)))
         elif inspect.isclass(origin) and issubclass(origin, Sequence):
-            fixed = origin is tuple and ... not in get_args(kind)
-            found.lists.append(Row(tuple if origin is tuple else list, items[-1], len(items) if fixed else None))
-        elif inspect.isclass(origin) and issubclass(origin, Mapping) and not of:
-            found.mappings.append(items[-1])
-        elif kind in (float, int, str, bool, Any, *OF_MATERIAL):
-            found.single.append((kind, notes))
-    if len(found.plain) > 1 and not {form.target for form in found.plain} <= {*BY_ENTRIES}:
-        found.tagged.setdefault("kind", {}).update({form.kind: replace(form, tag="kind") for form in found.plain})
-        found.plain.clear()
+            fixed = len(arguments) if origin is tuple and ... not in get_args(kind) else None
+            rows.append(Row(tuple if origin is tuple else list, entry_of(arguments[-1], None), fixed))
+        elif inspect.isclass(origin) and issubclass(origin, Mapping):
+            rows.append(Row(dict, entry_of(arguments[-1])))
+        if kind in (float, int, str, bool, Any, *OF_MATERIAL):
+            values.append((kind, notes))
+    plain = tables.get("", {})
+    if len(plain) > 1 and not any(form.target in OF_MATERIAL for form in plain.values()):
+        tables["kind"] = {kind: replace(form, tag="kind") for kind, form in tables.pop("").items()}
     return found
 
 

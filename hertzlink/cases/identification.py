@@ -9,7 +9,7 @@ from inspect import signature
 from math import inf
 from pathlib import Path as File
 from textwrap import fill
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -24,37 +24,24 @@ from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
 from coupling.sweeps.store import Store
 from hertzlink.cases import Fault, Path, parsed, written
+from hertzlink.cases.axes import Axis, axis_of, path_of, si_value
 from hertzlink.cases.case import Case, of_case
 from hertzlink.cases.forms import in_cases
-from hertzlink.cases.sweeps import Axis, axis_of, path_of, si_value
-from hertzlink.cases.tasks import WIDTH, Answer, Table, Task, count_of_beads, sensors_of
+from hertzlink.cases.tables import WIDTH, Answer, Table
+from hertzlink.cases.tasks import Task, count_of_beads, sensors_of
 from structures.checks import count_of, existing
 from structures.quantities import Asks, Count, Quantity
 
-WIDE = 2.0
-"""The range of a nuisance without one: from its value over this factor to its value times it."""
-
-MOST_ELEMENTS = 400
-"""Elements of a layer whose mesh is the same for all values."""
-
-NOT_IDENTIFIED = 3
-"""Exit code where results are written, but an unknown is not identified."""
-
+WIDE = 2.0  # a nuisance without a range may be its value over this factor to its value times it
+MOST_ELEMENTS = 400  # of a layer whose mesh is the same for all values
+NOT_IDENTIFIED = 3  # exit code where results are written, but an unknown is not identified
 
 Calibration = Annotated[float, Quantity("N/V", "a calibration", "25 N/V", low=-inf)]
 
 
-class Asked(NamedTuple):
-    """The section [identify]: columns of beads, ranges of unknowns, nuisances, and further arguments of functions."""
-
-    sensors: Mapping[str, int]
-    unknowns: Mapping[str, tuple[Any, Any]]
-    nuisances: Sequence[str]
-    others: dict[str, Any]
-
-    def of(self, function: Callable[..., Any]) -> dict[str, Any]:
-        """Return those of the further arguments that a function takes."""
-        return {name: value for name, value in self.others.items() if name in signature(function).parameters}
+def _for(function: Callable[..., Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of the entries that are arguments of a function."""
+    return {name: asked[name] for name in signature(function).parameters if name in asked}
 
 
 @in_cases(
@@ -74,36 +61,33 @@ def asked(
     calibration: Calibration | Mapping[str, Calibration] | None = None,
     nuisances: Sequence[str] = (GAIN, TIME_ZERO),
     **others: Any,
-) -> Asked:
+) -> dict[str, Any]:
     """What is found from a measured signal."""
     each: Any = calibration
     if isinstance(each, Mapping):
         each = {int(name): value for name, value in each.items() if name.isdigit()}
-    return Asked(sensors, unknowns, nuisances, {"calibration": each, **others})
+    return {"columns": sensors, "unknowns": unknowns, "nuisances": nuisances, "calibration": each, **others}
 
 
 def question_of(case: Case) -> Task:
     """Return the task of the section [identify], checked: its axes are the ranges of the unknowns."""
-    asked: Asked | None = case.identify
-    if asked is None:
+    if (asked := case.identify) is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
     case.only_chain("an identification")
     count = count_of_beads(case, 0)
-    for name in asked.sensors:
+    for name in asked["columns"]:
         if not name.isdigit() or not 1 <= int(name) <= count:
             reason = f'"{name}" is not a bead of 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
             raise Fault(("identify", "sensors", name), reason)
 
     axes: dict[str, Axis] = {}
-    for key, ends in asked.unknowns.items():
+    for key, ends in asked["unknowns"].items():
         place: Path = ("identify", "unknowns", key)
         axis = axis_of(case, key, place, ends)
         if not axis.is_number or axis.values[0] >= axis.values[1]:
             raise Fault(place, "must have two numbers, the lowest and the highest value")
-        if axis.name in axes:
-            raise Fault(place, f'"{key}" is given twice')
         axes[axis.name] = axis
-    for i, key in enumerate(asked.nuisances):
+    for i, key in enumerate(asked["nuisances"]):
         place = ("identify", "nuisances", i)
         if key in OF_SENSORS:
             continue
@@ -116,26 +100,35 @@ def question_of(case: Case) -> Task:
             if not isinstance(value, int | float) or not value > 0.0:
                 raise Fault(place, f'"{key}" has no value in the case; give it a range in identify.unknowns')
             axes[axis.name] = replace(axis, values=[value / WIDE, value * WIDE])
-    return Task(case, tuple(axes.values()), tuple(map(int, asked.sensors)))
+    return Task(case, tuple(axes.values()), tuple(map(int, asked["columns"])))
 
 
 def signal_of(task: Task, file: File) -> xr.Dataset:
     """Return the measured signal, conditioned; a Fault, or raise a ValueError that names the file."""
-    asked: Asked = task.case.identify
-    columns = dict(zip(task.sensors, asked.sensors.values(), strict=True))
+    asked = task.case.identify
+    columns = {int(bead): column for bead, column in asked["columns"].items()}
     with task.case.located("identify"):
-        signal = read_signal(existing(str(file), file), columns, **asked.of(read_signal))
+        signal = read_signal(existing(str(file), file), columns, **_for(read_signal, asked))
         # The lead is short; identify estimates the noise from all samples.
-        return clean_signal(signal, **asked.of(clean_signal)).drop_vars("noise")
+        return clean_signal(signal, **_for(clean_signal, asked)).drop_vars("noise")
 
 
 def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identification:
     """Return what the signal of a file says about the unknowns, in the units of the case."""
-    task = prepared(task)
-    asked: Asked = task.case.identify
-    nuisances = [key if key in OF_SENSORS else written(parsed(key)) for key in asked.nuisances]
+    # Runs are as long as the signal counts, and a rod gets the same mesh at all values.
+    asked = task.case.identify
+    task = replace(task, case=task.case.changed({"run.until": asked["until"], "run.accuracy": "default"}))
+    body = task.case.all("structure")[0]
+    varies = any(name.startswith("structure") for name in task.ranges)
+    if body.form.kind == "rod" and "elements" not in body.entries and varies:
+        ends = [{name: both[end] for name, both in task.ranges.items()} for end in (0, 1)]
+        meshes = [task(**at).structure.structure.origin["elements"] for at in ends]
+        elements = min(max(map(max, meshes)), MOST_ELEMENTS)
+        task = replace(task, case=task.case.changed({"structure.elements": elements}))
+
+    nuisances = [key if key in OF_SENSORS else written(parsed(key)) for key in asked["nuisances"]]
     try:
-        found = identify(signal, task, nuisances, **asked.of(identify), **task.ranges)
+        found = identify(signal, task, **_for(identify, asked) | {"nuisances": nuisances}, **task.ranges)
     except ValueError as error:
         if file is None or not str(error).startswith("signal: "):
             raise
@@ -144,39 +137,25 @@ def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identificat
     return replace(found, unknowns=found.unknowns | shown)
 
 
-def prepared(task: Task) -> Task:
-    """Return the task with runs as long as the signal counts. A rod gets the same mesh at all values."""
-    case: Case = task.case
-    case = case.changed({"run.until": case.identify.others["until"], "run.accuracy": "default"})
-    body = case.all("structure")[0]
-    varies = any(name.startswith("structure") for name in task.ranges)
-    if body.form.kind == "rod" and "elements" not in body.entries and varies:
-        ends = [{name: both[end] for name, both in task.ranges.items()} for end in (0, 1)]
-        meshes = [replace(task, case=case)(**at).structure.structure.origin["elements"] for at in ends]
-        case = case.changed({"structure.elements": min(max(map(max, meshes)), MOST_ELEMENTS)})
-    return replace(task, case=case)
-
-
 def answer_of(task: Task, found: Identification) -> Answer:
     """Return what was found: tables, the case with the values found, and a simulation to sketch."""
     unknowns = found.unknowns.items()
     rows = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in unknowns]
     frame = pd.DataFrame(rows, columns=["unknown", "value (SI)", "low", "high", "verdict", "residual over noise"])
     head = ["unknown", "value", "95 % interval", "verdict"]
-    table = Table("unknowns.csv", frame, pd.DataFrame([one.row() for _, one in unknowns], columns=head))
     traces = {"time (s)": found.data.time.values}
     for bead in found.data.sensor.values:
         for quantity in ("measured", "fitted"):
             traces[f"{quantity} at bead {bead} (N)"] = found.data[quantity].sel(sensor=bead).values
-
-    in_case = replace(found, warnings=[of_case(warning) for warning in found.warnings])
+    tables = [
+        Table("unknowns.csv", frame, pd.DataFrame([one.row() for _, one in unknowns], columns=head)),
+        Table("fit.csv", pd.DataFrame(traces)),
+    ]
+    notes = str(replace(found, warnings=[of_case(warning) for warning in found.warnings])).splitlines()
     values = {name: found[name].value for name in task.ranges}
     best = {"identified.toml" if found.explained else "best_fit.toml": task.case.changed(values).to_toml()}
-    result = found.to_dataset().assign_attrs(case=task.case.to_toml())
-    code = 0 if found.identified else NOT_IDENTIFIED
-    notes = str(in_case).splitlines()[1 + len(found.unknowns) :]
-    tables = [table, Table("fit.csv", pd.DataFrame(traces))]
-    return Answer(result, tables, notes, sketched=task(**values), others=best, code=code)
+    result, code = found.to_dataset().assign_attrs(case=task.case.to_toml()), 0 if found.identified else NOT_IDENTIFIED
+    return Answer(result, tables, notes[1 + len(unknowns) :], sketched=task(**values), others=best, code=code)
 
 
 def tap_of(case: Case, file: File) -> xr.Dataset:
@@ -195,8 +174,7 @@ def tap_of(case: Case, file: File) -> xr.Dataset:
 
 def fit_at(case: Case, signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
     """Return what the signal says at a point of a map, whose entries the case gets."""
-    entries = {name: value for name, value in point.items() if "." in name}
-    return fit(question_of(case.changed(entries)), signal)
+    return fit(question_of(case.changed({name: value for name, value in point.items() if "." in name})), signal)
 
 
 def grid_of(case: Case, table: File) -> Grid:
@@ -250,9 +228,8 @@ def _map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table
     }  # fmt: skip
     of_points = data[[name for name in columns if name != "unknown"]]
     frame = of_points.to_dataframe(["point", "unknown"]).reset_index()[[*columns]].rename(columns=columns)
-    short = {name: name.split(".")[-1] for name in asked}
-    if len(set(short.values())) < len(asked):
-        short = {name: name for name in asked}
+    last = [name.split(".")[-1] for name in asked]
+    short = dict(zip(asked, last if len({*last}) == len(asked) else asked, strict=True))
     cells = []
     for k, verdict in enumerate(verdicts):
         point = data.sel(unknown=asked).isel(point=k)

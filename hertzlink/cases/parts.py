@@ -1,16 +1,18 @@
-"""The tables of a case that are more than the call of a public function: materials, chain, panels, run, sections."""
+"""The tables of a case that are more than the call of a public function: families, materials, chain, run, sections."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
+from coupling.black_box import Scheme
 from coupling.cosimulation import CoSimulation
 from coupling.plan import Adaptive
-from hertzlink.cases.forms import COMMON, EXTRA, Of, entry_of, form_of, hint_of, in_cases
+from hertzlink.cases.forms import FAMILIES, Family, Of, entry_of, form_of, hint_of, in_cases
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
+from particles.dissipation import Dissipation
 from particles.excitation import Excitation, SpringLoaded
 from particles.laws.axisymmetric import computed_law
 from particles.laws.law import ContactLaw
@@ -24,30 +26,35 @@ from plates.shapes.outline import circle as circle_of
 from structures.damping import StandardLinearSolid, Viscous
 from structures.imported import from_matrices
 from structures.material import Material
-from structures.quantities import (
-    Asks,
-    Coordinate,
-    Count,
-    InFile,
-    Interval,
-    Length,
-    Likely,
-    OneOf,
-    Quantity,
-    RelaxationTime,
-    Several,
-)
+from structures.quantities import Asks, Coordinate, Count, InFile, Interval, Length, Likely, OneOf, Quantity, Several
 from structures.reduction import reduce
 from structures.structure import Structure
 
 MOST_BEADS = 100_000
-
 BEAD = 'a bead, such as { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }'
+
+SPREAD = 'a standard uncertainty after a path in quotes, as "structure.thickness" = "0.02 mm"'
 
 Point = tuple[Coordinate, Coordinate]
 Face = Annotated[str, OneOf("front", "back")]
 Bar = Annotated[int, Count(1, MOST_BEADS)]
 Number = Annotated[int, Count(0)]
+Struck = Annotated[
+    Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
+]
+
+
+def nothing() -> None:
+    """The last bead flies off."""
+
+
+LOSSES = {"damping": entry_of(Sequence[Viscous], ())}
+FAMILIES |= dict.fromkeys((Dissipation, Excitation, Scheme, Viscous, YieldingLaw), Family()) | {
+    Bead: Family("shape", {"count": entry_of(Bar, 1)}),
+    ContactLaw: Family(others={"numerical": computed_law}),
+    Structure: Family(common=LOSSES, others={"nothing": nothing}),
+    Plate: Family(common={**LOSSES, "at": entry_of(Struck), "face": entry_of(Face | Sequence[Face], "front")}),
+}
 
 
 @in_cases(Material)
@@ -92,11 +99,7 @@ class Seat:
     point: Number = 0
 
 
-@in_cases(
-    DeformableChain,
-    without=("vibrations",),
-    named={"height": ("drop_height",), "stiffness": ("striker", "stiffness"), "ratio": ("damping", "ratio")},
-)
+@in_cases(DeformableChain, without=("vibrations",))
 def chain(
     beads: Annotated[Bar | Sequence[Bead], Asks("a whole number of beads, such as 20, or a list of beads")],
     bead: Annotated[Bead, Asks(BEAD)] | None = None,
@@ -138,43 +141,32 @@ def chain(
         body = getattr(struck_by, "striker", None) if isinstance(struck_by, Excitation) else struck_by
         if any(one != row[0] for one in (row if body is None else [body, *row])):
             raise ValueError("law: computes one law, so all beads and the striker must be equal")
-        try:
-            law = law(row[0], row[0])
-        except ValueError as error:
-            raise ValueError(f"law: {error}") from error
+        law = law(row[0], row[0])
     settings = {"impact_speed": impact_speed, "law": law, **others}
     if modes is None:
         return Chain(row * repeat, struck_by, **settings)
     return DeformableChain(row * repeat, struck_by, modes=modes, damping=damping, **settings)
 
 
-def nothing() -> None:
-    """The last bead flies off."""
+class InLayer(NamedTuple):
+    """A loss in one layer of a structure."""
 
-
-EXTRA |= {ContactLaw: {"numerical": computed_law}, Structure: {"nothing": nothing}}
-
-Struck = Annotated[
-    Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
-]
-COMMON |= {
-    Bead: {"count": entry_of(Bar, 1)},
-    Structure: {"damping": entry_of(Sequence[Viscous], ())},
-    Plate: {"at": entry_of(Struck), "face": entry_of(Face | Sequence[Face], "front")},
-}
+    loss: Viscous
+    layer: int
 
 
 @in_cases(StandardLinearSolid)
 def linear_solid(
     layer: Annotated[Number, Asks("the layer, or material, of a structure, counted from 0")] | None = None,
     **others: Any,
-) -> StandardLinearSolid:
+) -> StandardLinearSolid | InLayer:
     """Zener's standard linear solid, in all of a structure or in one layer, or in beads."""
-    return StandardLinearSolid(**others)
+    loss = StandardLinearSolid(**others)
+    return loss if layer is None else InLayer(loss, layer)
 
 
 @in_cases(reduce, without=("structure", "keep_field"))
-def reduction(until: RelaxationTime | None = None, **others: Any) -> dict[str, Any]:
+def reduction(until: Any = None, **others: Any) -> dict[str, Any]:
     """The settings of `reduce`."""
     return {"until": until, **others}
 
@@ -197,10 +189,8 @@ def panel(
     **others: Any,
 ) -> Plate:
     """A plate of any outline."""
-    shapes = {name: one for name, one in (("circle", circle), ("corners", corners), ("mesh", mesh)) if one is not None}
-    if len(shapes) != 1:
-        what = f"give {' or '.join(shapes)} alone" if shapes else "is missing; give corners, circle or mesh"
-        raise ValueError(f"{[*shapes, 'corners'][max(0, len(shapes) - 1)]}: {what}")
+    if sum(shape is not None for shape in (circle, corners, mesh)) != 1:
+        raise ValueError("corners: give one of corners, circle and mesh")
     around = circle_of(circle) if circle is not None else corners or []
     names: Any = edges if isinstance(edges, str) else tuple(edges or ())
     return mindlin_panel(mesh or Outline(tuple(around), tuple(map(tuple, holes)), names), **others)
@@ -271,12 +261,13 @@ class Sections:
 
     chain: Annotated[DeformableChain | Sequence[DeformableChain], Asks("a section: [chain] with beads = 20 and a bead")]
     structure: Annotated[
-        Structure | Sequence[Structure], Asks('a section: [structure] with a kind, such as kind = "rod"')
+        Structure | Plate | Sequence[Structure | Plate],
+        Asks('a section: [structure] with a kind, such as kind = "rod"'),
     ]
     run: Annotated[dict[str, Any], Of(CoSimulation.__init__), Asks('a section: [run] with until = "1.5 ms"')]
     title: str | None = None
     materials: Mapping[str, Material | OrthotropicMaterial] = field(default_factory=dict)
     sweep: Mapping[str, Values] | None = None
     measure: Measure | None = None
-    sensitivities: Mapping[str, float | str] | None = None
+    sensitivities: Mapping[str, Annotated[float | str, Asks(SPREAD)]] | None = None
     identify: Annotated[dict[str, Any], Of("hertzlink.cases.identification:identify")] | None = None

@@ -4,19 +4,18 @@
 a `Call` for a table. It builds nothing; `Call.made` does.
 """
 
-import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
 from pathlib import Path as File
 from typing import Any
 
 from hertzlink.cases import Fault, Path, entry, shown
-from hertzlink.cases.forms import OF_MATERIAL, PLACES, Allowed, Form, Row, allowed, asked, example_of, hint_of
+from hertzlink.cases.forms import OF_MATERIAL, Form, allowed, asked, example_of, hint_of
 from plates.laminate import OrthotropicMaterial
 from structures.checks import MOST, count_of, nearest
 from structures.described import Parameter
@@ -24,11 +23,11 @@ from structures.material import MATERIALS, name_key
 from structures.quantities import Count, InFile, OneOf, Quantity
 from structures.units import NUMBER, PARTS, factor
 
-DEGREES = ("deg", "degree", "degrees", "°")
-"""Converted as Python's math.radians does, to the last bit."""
+DEGREES = ("deg", "degree", "degrees", "°")  # converted as Python's math.radians does, to the last bit
+KINDS = {int: "a whole number", bool: "true or false"}
 
-ANY = Quantity(low=-math.inf)
-"""The quantity of a number without a unit or a range."""
+# Names in messages about a point, and the entries to which they belong.
+POINT: dict[str, Path] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
 
 
 @dataclass
@@ -55,116 +54,99 @@ class Call:
     @cached_property
     def made(self) -> Any:
         """What the call makes; a Fault where it is refused."""
-        form = self.form
-        arguments = {name: made(value) for name, value in self.entries.items() if name not in form.common}
-        if "until" in form.entries:
-            arguments.setdefault("until", self.context.until)  # of what serves runs of a limited length
-        if self.path[:1] == ("materials",) and "name" in form.entries:
-            arguments.setdefault("name", str(self.path[-1]))
+        own = {name: one for name, one in self.form.entries.items() if name not in self.form.common}
+        arguments: dict[str, Any] = {name: None for name, one in own.items() if one.required}  # as a thickness may be
+        if "until" in own:
+            arguments["until"] = self.context.until  # of what serves runs of a limited length
+        if self.path[:1] == ("materials",) and "name" in own:
+            arguments["name"] = str(self.path[-1])
+        arguments |= {name: made(self.entries[name]) for name in own if name in self.entries}
+        if "diameter" in arguments:
+            arguments["radius"] = 0.5 * arguments.pop("diameter")
         with self.located():
-            if "diameter" in form.entries:
-                given = [name for name in ("radius", "diameter") if name in arguments]
-                if len(given) != 1:
-                    what = "give radius or diameter alone" if given else "is missing; give a radius or a diameter"
-                    raise ValueError(f'{(given or ["radius"])[-1]}: {what}, such as diameter = "4.76 mm"')
-                if given == ["diameter"]:
-                    arguments["radius"] = 0.5 * arguments.pop("diameter")
-            for name, parameter in form.entries.items():
-                if parameter.required and name not in form.common:
-                    arguments.setdefault(name, None)  # as the thickness, which a laminate brings
-            return form.special.make(**arguments) if form.special else form.target(**arguments)
-
-    def inherits(self, name: str | int) -> bool:
-        """Return whether an entry is that of the material which this one is like."""
-        return self.form.target in OF_MATERIAL and name not in self.entries
+            return self.form.make(**arguments)
 
     def fault(self, message: str) -> Fault:
         """Return the fault that a message such as "thickness = -1: must be positive" is about, in what a user wrote."""
-        head, colon, reason = message.partition(": ")
+        head, _, reason = message.partition(": ")
         name, equals, value = (part.strip() for part in head.partition(" = "))
         name = name.split("[")[0].strip()
         half = name == "radius" and "diameter" in self.entries
-        named = self.form.special.named if self.form.special else PLACES
-        place = ("diameter",) if half else (name,) if name in self.form.entries else named.get(name, (name,))
-        if not colon or place[0] not in self.form.entries:
+        place = ("diameter",) if half else (name,) if name in self.form.entries else POINT.get(name, (name,))
+        if not reason or place[0] not in self.form.entries:
             return Fault(self.path, message)
         typed = entry(self.typed, place)
         if not equals or typed is None:
-            return Fault((*self.path, *place), f"is missing; {reason}" if equals and value == "None" else reason)
-
-        # A limit is in the unit of what the user wrote.
-        match = NUMBER.fullmatch(typed) if isinstance(typed, str) else None
-        stated = re.search(r"(?:between \S+ and |, )\S+ (m|s|N)(?![\w/·²³])", reason)
-        if match and match[2] and stated:
-            size = float(factor(match[2], stated[1]))
-            limit = re.sub(r"\d[\d.]*(e[-+]?\d+)?", lambda one: f"{float(one[0]) / size:.6g}", stated[0])
-            reason = reason.replace(stated[0], limit.removesuffix(stated[1]) + match[2])
-        joined = " " if reason.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "
-        value = f"{shown(typed)}: half of it" if half else shown(typed) if isinstance(typed, str) else value
+            return Fault((*self.path, *place), f"is missing; {reason}" if value == "None" else reason)
+        value = shown(typed) if isinstance(typed, str) else value
+        joined = ": half of it " if half else " " if reason.startswith(("must ", "exceeds ", "is ", "has ")) else ": "
         return Fault((*self.path, *place), f"{value}{joined}{reason}")
 
     @contextmanager
-    def located(self) -> Iterator[None]:
-        """Turn errors into Faults at the entry that they name."""
+    def located(self, others: bool = True) -> Iterator[None]:
+        """Turn errors into Faults at the entry that they name; others, which name none, into those of the table."""
         try:
             yield
         except ValueError as error:
-            raise error if isinstance(error, Fault) else self.fault(str(error)) from error
+            fault = error if isinstance(error, Fault) else self.fault(str(error))
+            raise fault if others or fault.path != self.path else error from error
 
 
 def made(value: Any) -> Any:
     """Return a checked value in which all tables are what they make."""
     if isinstance(value, Call):
         return value.made
-    if isinstance(value, list | tuple):
-        # A bead of a list stands for as many as its count.
-        of_beads = (isinstance(item, Call) and "count" in item.form.common for item in value)
-        counts = [item.entries.get("count", 1) if bead else 1 for item, bead in zip(value, of_beads, strict=True)]
-        return type(value)(made(item) for item, count in zip(value, counts, strict=True) for _ in range(count))
-    return {name: made(item) for name, item in value.items()} if isinstance(value, dict) else value
+    if isinstance(value, dict):
+        return {name: made(item) for name, item in value.items()}
+    if not isinstance(value, list | tuple):
+        return value
+    # A bead of a list stands for as many as its count.
+    beads = [isinstance(item, Call) and "count" in item.form.common for item in value]
+    counts = [item.entries.get("count", 1) if bead else 1 for item, bead in zip(value, beads, strict=True)]
+    return type(value)(made(item) for item, count in zip(value, counts, strict=True) for _ in range(count))
 
 
 def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
     """Return the checked value that an annotation asks for; a Fault where it asks for another one."""
-    may, asks = allowed(parameter), asked(parameter)
-    if isinstance(value, dict) and (may.tagged or may.plain):
-        return _table(value, may, path, context)
-    if isinstance(value, dict) and may.mappings:
-        if not value and parameter.required:
-            raise Fault(path, f"is empty; {hint_of(parameter)}")
-        item = replace(may.mappings[0], default=inspect.Parameter.empty)
-        return {name: read(inner, item, (*path, name), context) for name, inner in value.items()}
-    if isinstance(value, list) and may.lists:
+    (tables, rows, values), asks = allowed(parameter), asked(parameter)
+    if isinstance(value, dict) and tables:
+        return _table(value, tables, path, context)
+    if suited := [row for row in rows if isinstance(value, dict if row.make is dict else list)]:
         # Of a point and a list of points the nested one is meant by a list of lists.
-        nested = bool(value) and isinstance(value[0], list)
-        fits = (row for row in may.lists if row.item and bool(allowed(row.item).lists) == nested)
-        return _list(value, next(fits, may.lists[0]), parameter, path, context)
+        nested = bool(value) and isinstance(value, list) and isinstance(value[0], list)
+        make, item, length = next((row for row in suited if bool(allowed(row.item).rows) == nested), suited[0])
+        least = int(parameter.required) if length is None else length
+        if not least <= len(value) <= (length or len(value)):
+            many, hint = f"{'at least ' * (length is None)}{least}", hint_of(parameter)
+            cure = "" if hint == "give it" else f"; {hint}"
+            raise Fault(path, f"{shown(value)} has {count_of(len(value), 'entry')}; must have {many}{cure}")
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        done = {key: read(one, item, (*path, key), context) for key, one in items}
+        return done if make is dict else make(done.values())
 
-    fitting = [pair for pair in may.single if _fits(value, *pair)]
-    if not fitting and asks and sum(map(bool, (may.tagged or may.plain, may.lists, may.single))) > 1:
-        raise Fault(path, f"{shown(value)} must be {asks}")
-    if may.single:
-        return _single(value, *(fitting or may.single)[-1], path, context)
-    if not may.lists and isinstance(value, str) and value in may.tagged.get("kind", {}):
-        raise Fault(path, f'"{value}" must be a table; write {path[-1]} = {{ kind = "{value}" }}')
-    what = "list" if may.lists else "table"
-    raise Fault(path, f"{shown(value)} must be a {what}" + (f"; give {asks}" if asks else ""))
+    fitting = [one for one in values if _fits(value, *one)]
+    if fitting or (values and not asks):
+        return _value(value, *(fitting or values)[-1], path, context)
+    kind = isinstance(value, str) and value in tables.get("kind", {})
+    what = asks or ("a list" if any(row.make is not dict for row in rows) else "a table")
+    cure = f'; write {path[-1]} = {{ kind = "{value}" }}' if kind else ""
+    raise Fault(path, f"{shown(value)} must be {what}{cure}")
 
 
-def _table(table: dict[str, Any], may: Allowed, path: Path, context: Context) -> Call:
+def _table(table: dict[str, Any], tables: dict[str, dict[str, Form]], path: Path, context: Context) -> Call:
     """Return the call that a table means."""
-    if may.tagged:
-        tag = next((tag for tag in reversed(may.tagged) if tag in table), next(iter(may.tagged)))
-        forms, word = may.tagged[tag], table.get(tag)
-        if word is None:
-            raise Fault((*path, tag), f"is missing; {nearest('', forms, 40)}")
-        if not isinstance(word, str) or word not in forms:
-            cure = "one of your own needs --with FILE.py that describes it"
-            raise Fault((*path, tag), f"{shown(word)} is not a {tag}; {nearest(word, forms, 40)}; {cure}")
-        form = forms[word]
+    tag = next((tag for tag in reversed(tables) if tag in table), next(iter(tables)))
+    forms, word = tables[tag], table.get(tag)
+    if not tag:
+        form = max(forms.values(), key=lambda form: len({*form.entries} & {*table}))
+    elif word is None:
+        raise Fault((*path, tag), f"is missing; {nearest('', forms, 40)}")
+    elif not isinstance(word, str) or word not in forms:
+        cure = "one of your own needs --with FILE.py that describes it"
+        raise Fault((*path, tag), f"{shown(word)} is not a {tag}; {nearest(word, forms, 40)}; {cure}")
     else:
-        form = max(may.plain, key=lambda form: len({*form.entries} & {*table}))
-    names = [form.tag, *form.entries] if form.tag else [*form.entries]
+        form = forms[word]
+    names = [tag, *form.entries] if tag else [*form.entries]
     for name in table:
         if name not in names:
             raise Fault((*path, name), f"is not an entry here; {nearest(name, names, 20)}")
@@ -173,49 +155,37 @@ def _table(table: dict[str, Any], may: Allowed, path: Path, context: Context) ->
     for name, parameter in form.entries.items():
         if parameter.required and not parameter.may_be_none and name not in entries:
             raise Fault((*path, name), f"is missing; {hint_of(parameter)}")
+    if "diameter" in form.entries and len(sizes := [name for name in ("radius", "diameter") if name in entries]) != 1:
+        what = "give radius or diameter alone" if sizes else "is missing; give a radius or a diameter"
+        raise Fault((*path, [*sizes, "radius"][len(sizes) // 2]), f'{what}, such as diameter = "4.76 mm"')
     call = Call(form, entries, path, table, context)
     if path[:1] == ("materials",) and len(path) == 2:
         context.materials[str(path[-1])] = call  # for all that follows
     return call
 
 
-def _list(value: list[Any], row: Row, parameter: Parameter, path: Path, context: Context) -> Any:
-    """Return the entries of a list; of a tuple as many as it has."""
-    make, item, count = row
-    if item is None:
-        return value
-    least = int(parameter.required) if count is None else count
-    if len(value) < least or (count is not None and len(value) > count):
-        many, hint = f"{'at least ' if count is None else ''}{least}", hint_of(parameter)
-        cure = "" if hint == "give it" else f"; {hint}"
-        raise Fault(path, f"{shown(value)} has {count_of(len(value), 'entry')}; must have {many}{cure}")
-    return make(read(one, item, (*path, i), context) for i, one in enumerate(value))
-
-
 def _fits(value: Any, kind: Any, notes: Any) -> bool:
     """Return whether a value is of the kind that an annotation asks for."""
-    if kind is Any and not notes:
+    if kind is Any and not any(isinstance(note, InFile) for note in notes):
         return True
     if isinstance(value, bool | int | float):
         return kind is type(value) or (kind is float and type(value) is int)
     return isinstance(value, str) and kind not in (int, bool)
 
 
-def _single(value: Any, kind: Any, notes: Any, path: Path, context: Context) -> Any:
+def _value(value: Any, kind: Any, notes: tuple[Any, ...], path: Path, context: Context) -> Any:
     """Return a number, a word, a material or the path of a file."""
     if kind in OF_MATERIAL:
         return _material(value, kind, path, context)
     if kind is float:
-        return number(value, next((note for note in notes if isinstance(note, Quantity)), ANY), path)
-    in_file = next((note for note in notes if isinstance(note, InFile)), None)
+        any_number = Quantity(low=-math.inf)
+        return number(value, next((note for note in notes if isinstance(note, Quantity)), any_number), path)
     words = next((note.words for note in notes if isinstance(note, OneOf)), None)
     if words and value not in words:
         raise Fault(path, f"{shown(value)} is not possible; {nearest(value, words)}")
-    if not _fits(value, str if in_file else kind, ()):
-        kinds = {int: "a whole number", bool: "true or false"}
-        cure = f"; {in_file.text}" if in_file else ""
-        raise Fault(path, f"{shown(value)} must be {kinds.get(kind, 'a text in quotes')}{cure}")
-    if in_file and not File(value).is_file():
+    if not _fits(value, kind, notes):
+        raise Fault(path, f"{shown(value)} must be {KINDS.get(kind, 'a text in quotes')}")
+    if any(isinstance(note, InFile) for note in notes) and not File(value).is_file():
         raise Fault(path, f'there is no file "{value}" beside the file that names it')
     if kind is int:
         count = next((note for note in notes if isinstance(note, Count)), Count(-MOST))
@@ -255,18 +225,19 @@ def number(typed: Any, quantity: Quantity, path: Path = ("",)) -> float:
     else:
         plain = Decimal(match[1].replace("_", ""))
         try:
-            degrees, part = unit == "rad" and match[2] in DEGREES, not unit and match[2] in PARTS
-            size = Decimal(repr(PARTS[match[2]])) if part else 1 if degrees else factor(match[2], unit)
-            value = math.radians(float(plain)) if degrees else float(plain * size)
+            if unit == "rad" and match[2] in DEGREES:
+                value = math.radians(float(plain))
+            elif not unit and match[2] in PARTS:
+                value = float(plain * Decimal(repr(PARTS[match[2]])))
+            else:
+                value = float(plain * factor(match[2], unit))
         except ValueError as error:
             raise Fault(path, f"{shown(typed)}: {error}; {words}") from None
     if not math.isfinite(value):
         raise Fault(path, f"{shown(typed)} is not finite; {words}")
-
-    half = path[-1] == "diameter" and value > 0.0
     try:
-        quantity.check("", 0.5 * value if half else value)
+        quantity.check("", value)
     except ValueError as error:
         text = shown(typed) if isinstance(typed, str) else repr(value)
-        raise Fault(path, f"{text}{': half of it' if half else ''} {str(error).partition(': ')[2]}") from None
+        raise Fault(path, f"{text} {str(error).partition(': ')[2]}") from None
     return value

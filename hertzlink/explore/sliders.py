@@ -8,9 +8,9 @@ from math import ceil, floor, inf, log10
 from typing import Any, get_args
 
 from hertzlink.cases import Path, entry, put, written
+from hertzlink.cases.axes import Axis, unit_at, words_of
 from hertzlink.cases.case import Case, points_of
 from hertzlink.cases.reader import Call
-from hertzlink.cases.sweeps import Axis, unit_at, words_of
 from hertzlink.cases.tasks import Task, count_of_beads
 from structures.material import Material
 from structures.units import factor

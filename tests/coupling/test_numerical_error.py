@@ -16,7 +16,8 @@ import hertzlink as hl
 from coupling.inference.numerical_error import MESH, REDUCTION
 from hertzlink.cases import Fault
 from hertzlink.cases.case import Case
-from hertzlink.cases.tasks import report, run_task, task_of
+from hertzlink.cases.tables import report
+from hertzlink.cases.tasks import run_task, task_of
 from structures.fineness import finer
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
