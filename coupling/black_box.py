@@ -26,7 +26,6 @@ from structures.structure import Vector
 
 MOST_HALVINGS = 12  # of a window that does not converge, before the run stops
 MOST_TRIALS = 60  # of Newton's method before the window is halved; it takes three or four
-MOST_ORDER = 2  # of a predictor; polynomials of higher order are unstable
 MOST_MADE = 0.05  # part of the impact energy; an exchange that makes or loses more is no motion of the bodies
 LARGEST_GAIN = 0.01  # part of the impact energy that a passive participant may give back beyond what it received
 PROBE = 0.01  # part of the greatest force with which a user's participant is tested before the run
@@ -50,7 +49,7 @@ class Scheme:
     windows_per_contact = 112
     tolerance: Any
     largest_count = 1
-    predictor = MOST_ORDER
+    predictor = 2  # the order of its polynomial; those of higher order are unstable
 
     @property
     def repeats(self) -> bool:
@@ -109,7 +108,7 @@ class Explicit(Scheme):
     Explicit(predictor=1, tolerance=None)
     """
 
-    predictor: Annotated[int, Count(0, MOST_ORDER)] = 1
+    predictor: Annotated[int, Count(0, 2)] = 1
     tolerance: Tolerance | None = 1e-2
     windows_per_contact = 512
 
@@ -242,10 +241,6 @@ class Window(NamedTuple):
     force: Vector
 
 
-class Disagreement(Exception):
-    """A window for which no forces were found."""
-
-
 class Loop:
     """Both sides of a run at the end of a window, its ledger, and what the next window starts from. K contacts."""
 
@@ -256,16 +251,15 @@ class Loop:
         self.surface, self.slope = np.zeros((2, interface.size))
         self.contact, self.past = np.zeros(interface.size, CONTACT), list[Window]()
         self.tried, self.windows, self.residual = 0, 0, 0.0
-        self.earlier: list[Pairs] = []
-        """The differences of the last windows that were repeated, newest first; all of one length."""
+        self.earlier: list[Pairs] = []  # of the last windows that were repeated, newest first; all of one length
 
     def advance(self, length: float, halvings: int = MOST_HALVINGS) -> None:
         """Move on by a window of `length` s; one for which no forces are found is halved at most so many times."""
         try:
             self.exchange(length)
-        except Disagreement as found:
+        except NotConverged as found:
             if halvings == 0:
-                raise Disagreement(f"t = {self.time:.6g} s, {length:.3g} s long: {found}") from None
+                raise NotConverged(f"t = {self.time:.6g} s, {length:.3g} s long: {found}") from None
             for _ in range(2):
                 self.advance(length / 2.0, halvings - 1)
 
@@ -304,7 +298,7 @@ class Loop:
                 break
             if len(trials) == scheme.largest_count:
                 count = count_of(len(trials), "trial")
-                raise Disagreement(f"residual {wrong:.3g} N after {count}, tolerance {enough:.3g} N")
+                raise NotConverged(f"residual {wrong:.3g} N after {count}, tolerance {enough:.3g} N")
             if linear:
                 force = force + by_newton(trials, slope, compliance, STILL * interface.indentation_scale)
             elif isinstance(scheme, IQN_ILS):
@@ -319,7 +313,7 @@ class Loop:
         contact["surface"] = surface
         made = float(abs((contact["given"] - contact["work"]).sum())) / interface.impact_energy
         if isinstance(scheme, Explicit) and scheme.repeats and made > MOST_MADE:
-            raise Disagreement(f"the exchange has made or lost {made:.2g} of the impact energy")
+            raise NotConverged(f"the exchange has made or lost {made:.2g} of the impact energy")
         if isinstance(scheme, IQN_ILS):
             self.earlier = [*filter(None, [differences(trials[:-1])]), *known][: scheme.reuse]
         self.chains, self.structures, self.contact, self.slope = chains, ends, contact, slope
@@ -328,8 +322,7 @@ class Loop:
         self.windows, self.residual = self.windows + 1, max(self.residual, wrong)
 
     def predicted(self, length: float) -> Vector:
-        """Return the mean forces of a window, N, by the polynomial through those of the last ones: a contact cannot
-        pull."""
+        """Return the mean forces of a window, N, by the polynomial through those of the last ones; none pulls."""
         past, now, total = self.past[-self.scheme.predictor - 1 :], self.time + length / 2.0, np.zeros_like(self.slope)
         middles = [window.time - window.length / 2.0 for window in past]
         for window, middle in zip(past, middles, strict=True):
@@ -383,7 +376,7 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
         begin = loop.time
         try:
             loop.advance(length)
-        except Disagreement as found:
+        except NotConverged as found:
             for place, body in repeated:
                 # Under the load at which the scheme gave up, and twice that load.
                 for forces in (body.last_forces, 2.0 * body.last_forces):

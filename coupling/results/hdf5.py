@@ -1,8 +1,10 @@
-"""Whether an HDF5 file is complete in itself: HDF5 can make a file read others, and load programs to decode it."""
+"""Files of results, in HDF5: it can make a file read others, and load programs to decode it; such files are refused."""
 
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+
+import xarray as xr
 
 # Numbers over the size of their file, as no filter of HDF5 itself packs more densely; and bytes that are never too
 # many
@@ -14,7 +16,7 @@ OWN_FILTERS = {1, 2, 3, 4, 5, 6, 32000}
 
 def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
     """Raises ValueError, which begins with `name`, for a file that leads out of itself or claims too many numbers."""
-    import h5py  # type: ignore[import-untyped]
+    import h5py  # type: ignore[import-untyped]  # here, as most runs read no file
 
     def fault_of(place: str, link: Any) -> str | None:
         if isinstance(link, h5py.ExternalLink):
@@ -42,3 +44,21 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
         raise ValueError(f"{name}: is no HDF5 file that can be read ({error})") from error
     if fault:
         raise ValueError(f"{name}: {fault}; it was not read")
+
+
+def read_netcdf(file: Path) -> xr.Dataset:
+    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file for any other.
+
+    What leads out of the file, or claims more than it can hold, is refused before it is read.
+    """
+    import h5py
+
+    if not file.is_file():
+        raise ValueError(f"{file}: there is no such file; give a netCDF file such as results.nc")
+    if not h5py.is_hdf5(file):
+        raise ValueError(f"{file}: cannot be read as netCDF; it is no file of HDF5, on which netCDF 4 is built")
+    check_hdf5(file, str(file))
+    try:
+        return xr.load_dataset(file, engine="h5netcdf")
+    except (AttributeError, LookupError, OSError, RuntimeError, TypeError, ValueError) as error:
+        raise ValueError(f"{file}: cannot be read as netCDF ({error})") from error

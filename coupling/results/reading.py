@@ -5,7 +5,6 @@ All measures, checks and pictures read a Dataset through `Reading`. It needs no 
 
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -178,26 +177,6 @@ def number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.
         return float(values)
     values.attrs = {"units": units, "long_name": label}
     return values
-
-
-def read_netcdf(file: Path) -> xr.Dataset:
-    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file for any other.
-
-    What leads out of the file, or claims more than it can hold, is refused before it is read.
-    """
-    import h5py  # type: ignore[import-untyped]  # these here, as most runs read no file
-
-    from coupling.results.hdf5 import check_hdf5
-
-    if not file.is_file():
-        raise ValueError(f"{file}: there is no such file; give a netCDF file such as results.nc")
-    if not h5py.is_hdf5(file):
-        raise ValueError(f"{file}: cannot be read as netCDF; it is no file of HDF5, on which netCDF 4 is built")
-    check_hdf5(file, str(file))
-    try:
-        return xr.load_dataset(file, engine="h5netcdf")
-    except (AttributeError, LookupError, OSError, RuntimeError, TypeError, ValueError) as error:
-        raise ValueError(f"{file}: cannot be read as netCDF ({error})") from error
 
 
 def contact_forces(run: object) -> tuple[list[Contact], Vector, Vector]:

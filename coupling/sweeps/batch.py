@@ -255,33 +255,30 @@ class Records:
             joblib.Parallel(threads, require="sharedmem", batch_size=together)(map(joblib.delayed(self._run), numbers))
 
     def _run(self, i: int) -> None:
-        """Do a run; keep what is said of it, and an error by which it fails."""
+        """Build a run, run it, check it, and fill its rows; keep what is said of it, and an error by which it fails."""
         with collected() as messages:
             try:
-                self._do(i)
+                built = self.known.get(i) or _made(self.build, self.columns, i, self.beads)
+                simulation = built.for_run(self.until)
+                interface, plan = simulation.interface, _plan(simulation, self.until, self.interval)
+                findings = check_before(interface.chains, self.until)
+                findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
+                self._checks[i] += [line for line in findings if line not in self.before]
+                frames = Frames(interface, plan.rows, self.kept)
+                fill(frames, interface, simulation.scheme, simulation.window, plan)
+                with collected():  # what it returns
+                    self._checks[i] += checked(interface, frames, self.interval)
+                (contacts, bodies), chain, saved = self.kept, interface.chains[0], frames.chains[0]
+                self.yields = self.yields or bool(chain.yielding)
+                self.static[i] = chain.static_force[contacts]
+                self.centre[i] = chain.once("centres", lambda: chain.chain.centres)[bodies]
+                self.force[i], self.velocity[i] = saved.force[:, contacts], saved.velocity
+                self.energy[i] = chain.chain.impact_energy
             except POINT_ERRORS as error:
                 self.failures[i] = Failure(type(error).__name__, str(error))
         if messages:
             earlier = set(map(kind, self.before))
             self._said[i] += [message for message in messages if kind(message) not in earlier]
-
-    def _do(self, i: int) -> None:
-        """Build a run, run it, check it, and fill its rows."""
-        simulation = (self.known.get(i) or _made(self.build, self.columns, i, self.beads)).for_run(self.until)
-        interface, plan = simulation.interface, _plan(simulation, self.until, self.interval)
-        findings = check_before(interface.chains, self.until)
-        findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
-        self._checks[i] += [line for line in findings if line not in self.before]
-        frames = Frames(interface, plan.rows, self.kept)
-        fill(frames, interface, simulation.scheme, simulation.window, plan)
-        with collected():  # what it returns
-            self._checks[i] += checked(interface, frames, self.interval)
-        (contacts, bodies), chain, saved = self.kept, interface.chains[0], frames.chains[0]
-        self.yields = self.yields or bool(chain.yielding)
-        self.static[i] = chain.static_force[contacts]
-        self.centre[i] = chain.once("centres", lambda: chain.chain.centres)[bodies]
-        self.force[i], self.velocity[i] = saved.force[:, contacts], saved.velocity
-        self.energy[i] = chain.chain.impact_energy
 
     def dataset(self) -> xr.Dataset:
         """Return the runs, with their parameters as coordinates."""

@@ -7,8 +7,8 @@ import click
 import xarray as xr
 
 from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
+from coupling.results.hdf5 import read_netcdf
 from coupling.results.provenance import provenance, stored
-from coupling.results.reading import read_netcdf
 from hertzlink.cli import FORCE, JOBS, Listing, output_option
 from hertzlink.output import check_output, deliver
 from hertzlink.studies import STUDIES, captions, draw, study

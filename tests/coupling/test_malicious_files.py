@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.results.reading import read_netcdf
+from coupling.results.hdf5 import read_netcdf
 
 
 class Evil:
