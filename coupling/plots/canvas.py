@@ -65,30 +65,24 @@ def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
     ax.plot(x, height, marker="x", transform=ax.get_xaxis_transform(), **look)
 
 
-def legend_below(
-    ax: "Axes", title: str = "", entries: dict[str, Any] | None = None, height: float | None = None,
-    under: float = UNDER,
-) -> None:  # fmt: skip
-    """Put the legend below the axes, where it covers nothing; a figure of ours becomes higher by its rows.
+def legend_below(ax: "Axes", title: str = "", height: float | None = None, under: float = UNDER) -> None:
+    """Put the legend below the axes, where it covers nothing, each label once; a figure of ours becomes higher by it.
 
-    entries: handles by their words; by default those of the axes. height: of the figure without a legend, inches.
-    under: how far below the axes, inches.
+    height: of the figure without a legend, inches. under: how far below the axes, inches.
     """
     from matplotlib.transforms import ScaledTranslation
 
     figure: Any = ax.get_figure(root=True)
     width = float(figure.get_figwidth())
-    if entries is None:
-        handles, words = ax.get_legend_handles_labels()
-    else:
-        handles, words = list(entries.values()), list(entries)
     longest = max(20, int(LETTERS_PER_INCH * width))
-    texts = [fill(plain(UNTIL.sub(r"until = \1", one)), longest) for one in words]
+    handles = dict[str, Any]()
+    for handle, words in zip(*ax.get_legend_handles_labels(), strict=True):
+        handles.setdefault(fill(plain(UNTIL.sub(r"until = \1", words)), longest), handle)
     if figure.get_gid() == MARK:
-        rows = sum(text.count("\n") + 1 for text in texts) + bool(title)
+        rows = sum(text.count("\n") + 1 for text in handles) + bool(title)
         figure.set_figheight((HEIGHT / WIDTH * width - 2.0 * ROW if height is None else height) + ROW * max(2, rows))
     ax.legend(
-        handles, texts, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
+        handles.values(), handles, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
         bbox_to_anchor=(0.0, 0.0), bbox_transform=ax.transAxes + ScaledTranslation(0.0, -under, figure.dpi_scale_trans),
         frameon=False, fontsize=SMALL, borderaxespad=0.0,
     )  # fmt: skip
@@ -102,3 +96,9 @@ def in_words(name: str) -> str:
 def plain(text: str) -> str:
     """Return the text of a user that matplotlib must not read as a formula."""
     return text.replace("$", r"\$")
+
+
+def round_number(value: float, up: bool = False) -> float:
+    """Return the next number of 1, 2, 5, 10, ... below a positive one, or above it."""
+    steps = np.outer(10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0), (1.0, 2.0, 5.0)).ravel()
+    return float(steps[steps >= value].min() if up else steps[steps <= value].max())

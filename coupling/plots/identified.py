@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from coupling.inference.identification import AT_END, BLIND, HALF, IDENTIFIED, NUISANCE, Identification, unknowns_of
 from coupling.plots.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, plain, styled
 from structures.checks import one_of, short, whole
 
@@ -12,13 +13,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHOWN = ("fit", "residual", "intervals", "correlation")
-NEEDED = ("measured", "fitted", "residual", "noise", "value", "low", "high", "verdict", "correlation")
-
-BLIND = "blind"  # the verdict of an unknown that the signal does not determine
-BLIND_PERCENT = 50.0  # an interval of more than ± this part of the value is blind, %
 NARROWEST = 1e-4  # %; narrower intervals are drawn so wide, to be seen on a logarithmic axis
 
-VERDICTS = {"identified": COLOURS[2], BLIND: COLOURS[1], "at the end of its range": COLOURS[4], "nuisance": COLOURS[5]}
+VERDICTS = {IDENTIFIED: COLOURS[2], BLIND: COLOURS[1], AT_END: COLOURS[4], NUISANCE: COLOURS[5]}
 """The colour of each verdict; of what is not trusted it is PALE."""
 
 
@@ -55,8 +52,8 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
     ['measured at bead 5', 'fitted']
     """
     one_of("show", show, SHOWN)
-    data = found.to_dataset() if hasattr(found, "unknowns") and hasattr(found, "to_dataset") else found
-    if not isinstance(data, xr.Dataset) or any(name not in data for name in NEEDED):
+    data = found.to_dataset() if isinstance(found, Identification) else found
+    if not isinstance(data, xr.Dataset) or "verdict" not in data:
         raise ValueError(f"found = {short(found)}: must be what identify returned, or the Dataset that it saved")
     if show in ("intervals", "correlation"):
         if sensor is not None:
@@ -87,31 +84,26 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
 
 def _intervals(data: xr.Dataset, ax: "Axes | None") -> "Axes":
     """Draw half of the 95 % interval of each unknown in percent of its value."""
-    size = data.unit_size.values if "unit_size" in data else 1.0
-    value, low, high = (data[name].values / size for name in ("value", "low", "high"))
-    units = data.unit.values.tolist() if "unit" in data else [""] * value.size
-    half, verdicts = 0.5 * (high - low), [str(verdict) for verdict in data.verdict.values]
-    names = [plain(str(name)) for name in data.unknown.values]
-    part = np.full(half.shape, np.nan)
-    np.divide(100.0 * half, abs(value), out=part, where=value != 0.0)
-    wide = np.maximum(part, NARROWEST)
-    ax = axes_for(ax, height=1.4 + 0.45 * len(names))
+    unknowns = unknowns_of(data)
+    parts = [100.0 * one.error / abs(one.value) if one.value else np.nan for one in unknowns]
+    wide = np.maximum(parts, NARROWEST)
+    ax = axes_for(ax, height=1.4 + 0.45 * len(unknowns))
     # The bars of a logarithmic axis begin left of all their ends.
     start = 10.0 ** (np.floor(np.log10(np.nanmin(wide, initial=1.0))) - 1.0)
     words = []
-    for row, verdict in enumerate(verdicts):
-        shown = np.isfinite(wide[row])
-        length = wide[row] - start if shown else 0.0
-        ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(verdict, PALE))
+    for row, (one, end) in enumerate(zip(unknowns, wide, strict=True)):
+        length = end - start if np.isfinite(end) else 0.0
+        ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(one.verdict, PALE))
         # The interval need not be symmetric, and a blind unknown has no value.
-        text = f"{value[row]:.4g}, " * (verdict != BLIND) + f"{low[row]:.4g} to {high[row]:.4g} {units[row]}".rstrip()
-        words.append(f"{names[row]}\n{text}, {verdict}")
-    ax.axvline(BLIND_PERCENT, color=INK, linestyle=":", linewidth=0.9, label="wider than this: blind")
+        value, low, high = (f"{number / one.unit_size:.4g}" for number in (one.value, *one.interval))
+        text = f"{value}, " * (one.verdict != BLIND) + f"{low} to {high} {one.unit}".rstrip()
+        words.append(f"{plain(one.name)}\n{text}, {one.verdict}")
+    ax.axvline(100.0 * HALF, color=INK, linestyle=":", linewidth=0.9, label="wider than this: blind")
     ax.set_xscale("log")
-    ax.set_xlim(start, 3.0 * max(BLIND_PERCENT, float(np.nanmax(wide, initial=1.0))))
+    ax.set_xlim(start, 3.0 * max(100.0 * HALF, float(np.nanmax(wide, initial=1.0))))
     ax.xaxis.set_major_formatter("{x:g}")
-    ax.set_yticks(range(len(names)), words, fontsize=SMALL)
-    ax.set_ylim(len(names) - 0.4, -0.6)
+    ax.set_yticks(range(len(words)), words, fontsize=SMALL)
+    ax.set_ylim(len(words) - 0.4, -0.6)
     styled(ax, "half of the 95 % interval,\n% of the value", "")
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=SMALL)
     return ax

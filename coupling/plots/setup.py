@@ -6,30 +6,30 @@ Lengths are in mm. What is drawn is the description of a run, as its Dataset hol
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import cos, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import Ellipse, Rectangle
 
-from coupling.plots.canvas import COLOURS, INK, PALE, ROW, SMALL, axes_for, legend_below, plain
+from coupling.cosimulation import CoSimulation
+from coupling.plots.canvas import COLOURS, INK, PALE, ROW, SMALL, axes_for, legend_below, plain, round_number
 from coupling.plots.swept import varied, words_of
 from coupling.results.provenance import stored
 from coupling.results.schema import FIRST, LAST
 from structures.checks import count_of, short
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Described = Mapping[str, Any]
 
 BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc", "#c3b8a6", "#b8ccc6")  # of named kinds; others are white
 LAYER_COLOURS = ("#9fb4c7", "#f0e2b6", "#c7a58f", "#b5cda3", "#cdb7d6", "#d9d9d9")
 SPACE = 26.0  # drawn depth and half-height of what has no ends
-LENGTHS = (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0)  # of the scale
+BASES = {"fixed": "////", "absorbing": "...."}  # hatches of the base of a rod
 
-EDGES = {
+EDGES: dict[str, dict[str, Any]] = {
     "clamped": {"color": INK, "linewidth": 3.0, "linestyle": "-"},
     "simple": {"color": COLOURS[0], "linewidth": 2.0, "linestyle": "--"},
     "soft simple": {"color": COLOURS[5], "linewidth": 2.0, "linestyle": "--"},
@@ -40,7 +40,7 @@ EDGES = {
 """How an edge of each support is drawn."""
 
 
-def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
+def setup(run: Any, ax: Axes | None = None) -> Axes:
     """Draw the set-up of a run to scale: striker, beads, structure with its layers or its outline, and supports.
 
     A plate is drawn from its side, and as seen along the chain, with its edges and additions.
@@ -60,61 +60,59 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     Examples
     --------
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> rod = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
-    >>> axes = hl.plots.setup(hl.CoSimulation(hl.Chain([bead] * 16, bead, impact_speed=0.44), rod))
-    >>> print(axes.get_legend().get_texts()[-2].get_text())
-    PTFE, 25.4 mm long, radius 9.525 mm
+    >>> axes = hl.plots.setup(hl.CoSimulation(hl.Chain([bead] * 16, bead, 0.44), hl.half_space(hl.PTFE)))
+    >>> print(axes.get_legend().get_texts()[-1].get_text())
+    half-space of PTFE
     """
     inputs = described_input(run)
-    sketch = Sketch(axes_for(ax, width=7.2))
+    ax = axes_for(ax, width=7.2)
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
-        sketch.note(f"varied, drawn is the first run: {words_of(run[name])}, {values}")
+        note(ax, f"varied, drawn is the first run: {words_of(run[name])}, {values}")
     chains = inputs.get("chains") or [inputs["chain"]]
-    structures = inputs.get("structures") or [inputs.get("structure")]
+    structures: list[Any] = inputs.get("structures") or [inputs.get("structure")]
+    structures = [{"kind": one} if isinstance(one, str) else one for one in structures]
     contacts = [tuple(map(int, contact)) for contact in inputs.get("contacts", [(0, LAST, 0, 0)])]
     # A row for each chain, whose last bead ends at x = 0; a plate is seen from the front in its first row alone.
-    top, fronts = 0.0, set[int]()
+    top, seen = 0.0, set[int]()
     for number, chain in enumerate(chains):
-        faced = {end: (place, structures[place]) for of, end, place, _ in contacts if of == number}
+        faced = {end: place for of, end, place, _ in contacts if of == number}
+        sides = {end: list(side_of(structures[place])) for end, place in faced.items() if structures[place] is not None}
         half = max(0.5 * size_of(bead)[1] for bead in chain["beads"])
-        half = max(half, *(half_height(structure) for _, structure in faced.values()))
-        y = top - half - (9.0 if len(chains) > 1 else 0.0)
-        start = draw_chain(sketch, chain, y, FIRST not in faced)
+        half = max([half, *(abs(up) + half for side in sides.values() for _, half, up, *_ in side)])
+        y = top - half - 9.0 * (len(chains) > 1)
+        start = draw_chain(ax, chain, y, FIRST not in sides)
         if len(chains) > 1:
             ends = (f"contact {point} of structure {place}" for of, _, place, point in contacts if of == number)
-            sketch.text(start, top - 5.0, ", ".join([f"chain {number}", *ends]))
-            sketch.line([start], [top], linestyle="none")
-        if FIRST in faced:
-            draw_side(sketch, faced[FIRST][1], start, y, -1.0)
+            letters(ax, start, top - 5.0, ", ".join([f"chain {number}", *ends]))
+        if not sides.get(LAST):
+            note(ax, "the last bead faces nothing")
+        for end, x, sign in ((FIRST, start, -1.0), (LAST, 0.0, 1.0)):
+            for width, high, up, words, look in sides.get(end, []):
+                draw(ax, Rectangle((x, y + up - high), sign * width, 2.0 * high), words, **look)
+                x += sign * width
         row, top = top, y - half - 6.0
-        place, structure = faced.get(LAST, (0, None))
-        if structure is None:
-            sketch.note("the last bead faces nothing")
-            continue
-        far = draw_side(sketch, structure, 0.0, y, 1.0)
-        if isinstance(structure, Mapping) and "thickness" in structure and place not in fronts:
-            fronts.add(place)
-            touching = {point: of for of, end, at, point in contacts if (end, at) == (LAST, place)}
-            top = min(top, draw_front(sketch, structure, touching, far + 12.0, y, row) - 6.0)
+        if LAST in sides and faced[LAST] not in seen and "thickness" in structures[faced[LAST]]:
+            seen.add(faced[LAST])
+            touching = {point: of for of, end, at, point in contacts if (end, at) == (LAST, faced[LAST])}
+            top = min(top, draw_front(ax, structures[faced[LAST]], touching, x + 12.0, y, row) - 6.0)
 
-    ax = sketch.ax
     ax.set_aspect("equal", anchor="N")
     ax.set_axis_off()
     ax.autoscale_view()
     left, right = ax.get_xlim()
-    length = next((mm for mm in LENGTHS if mm < 0.25 * (right - left)), 1.0)
-    sketch.line([left, left + length], [top, top], color=INK, linewidth=2.0, solid_capstyle="butt")
-    sketch.text(left + length, top, f" {length:g} mm")
+    length = round_number(0.25 * (right - left))
+    ax.plot([left, left + length], [top, top], color=INK, linewidth=2.0, solid_capstyle="butt")
+    letters(ax, left + length, top, f" {length:g} mm")
     ax.margins(0.02)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     width = float(ax.get_figure(root=True).get_figwidth())  # type: ignore[union-attr]
-    legend_below(ax, "", sketch.entries, 3.0 * ROW + width * (high - low) / (right - left), 0.5 * ROW)
+    legend_below(ax, "", 3.0 * ROW + width * (high - low) / (right - left), 0.5 * ROW)
     return ax
 
 
 def described_input(run: Any, name: str = "run") -> dict[str, Any]:
     """Return the input of a run as plain data; a ValueError where it is not known. name: of the argument."""
-    if not isinstance(run, xr.Dataset | type) and callable(getattr(run, "describe", None)) and hasattr(run, "scheme"):
+    if isinstance(run, CoSimulation):
         # By JSON, so that what is drawn is the same before and after a run.
         return dict(json.loads(json.dumps(run.describe(), default=repr)))
     if not isinstance(run, xr.Dataset):
@@ -127,192 +125,147 @@ def described_input(run: Any, name: str = "run") -> dict[str, Any]:
     raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
 
 
-class Sketch:
-    """The axes of a sketch, and the entries of its legend: handles by their words, each once."""
-
-    def __init__(self, ax: "Axes") -> None:
-        self.ax = ax
-        self.entries: dict[str, Any] = {}
-
-    def patch(self, patch: Any, words: str = "", **look: Any) -> None:
-        patch.set(**{"facecolor": "white", "edgecolor": INK, "linewidth": 0.6, **look})
-        self.ax.add_patch(patch)
-        if words:
-            self.entries.setdefault(words, patch)
-
-    def block(self, x: float, ends: tuple[float, float], width: float, words: str, **look: Any) -> float:
-        """Draw a rectangle from x on, between two heights; return the x of its far side."""
-        from matplotlib.patches import Rectangle
-
-        self.patch(Rectangle((min(x, x + width), ends[0]), abs(width), ends[1] - ends[0]), words, **look)
-        return x + width
-
-    def line(self, x: Any, y: Any, words: str = "", **look: Any) -> None:
-        (line,) = self.ax.plot(x, y, **look)
-        if words:
-            self.entries.setdefault(words, line)
-
-    def edge(self, x: Any, y: Any, kind: str, words: str) -> None:
-        self.line(x, y, words, solid_capstyle="butt", **EDGES.get(kind, EDGES["elastic"]))
-
-    def note(self, words: str) -> None:
-        self.line([], [], words, linestyle="none")
-
-    def text(self, x: float, y: float, words: str) -> None:
-        self.ax.text(x, y, plain(words), fontsize=SMALL, color=INK, ha="left", va="center")
-
-    def arrow(self, start: float, end: float, y: float, words: str = "") -> None:
-        """Draw an arrow, which shows where something moves."""
-        look = {"arrowstyle": "-|>", "color": COLOURS[1], "linewidth": 1.2}
-        self.ax.annotate("", (end, y), (start, y), arrowprops=look)
-        # An annotation does not count where limits are chosen.
-        self.line([start, end], [y, y], linestyle="none")
-        self.line([], [], words, color=COLOURS[1], marker=">", linestyle="none")
+def note(ax: Axes, words: str) -> None:
+    """Write a line in the legend."""
+    ax.plot([], [], linestyle="none", label=words)
 
 
-def draw_chain(sketch: Sketch, chain: Described, y: float, is_free: bool) -> float:
+def letters(ax: Axes, x: float, y: float, words: str) -> None:
+    ax.text(x, y, plain(words), fontsize=SMALL, color=INK, ha="left", va="center")
+    ax.plot([x], [y], linestyle="none")  # a text does not count where limits are chosen
+
+
+def draw(ax: Axes, patch: Ellipse | Rectangle, words: str = "", **look: Any) -> None:
+    """Draw a shape. words: in the legend."""
+    ax.add_patch(patch).set(**{"facecolor": "white", "edgecolor": INK, "linewidth": 0.6, "label": words, **look})
+
+
+def draw_chain(ax: Axes, chain: Described, y: float, is_free: bool) -> float:
     """Draw a chain, which ends at x = 0, and what strikes it where it is free; return the x of its struck end."""
-    from matplotlib.patches import Circle, Ellipse, Rectangle
-
     beads = chain["beads"]
     kinds = Counter(map(bead_in_words, beads))
-    named = {words: f"{count} × {words}" for words, count in list(kinds.items())[: len(BEAD_COLOURS)]}
-    faces = dict(zip(named, BEAD_COLOURS, strict=False))
-    others = count_of(len(kinds) - len(named), "other kind of bead", "other kinds of beads")
+    faces = dict(zip(kinds, BEAD_COLOURS, strict=False))
+    others = count_of(len(kinds) - len(faces), "other kind of bead", "other kinds of beads")
     x = start = -sum(size_of(bead)[0] for bead in beads)
     for bead in beads:
-        (width, height), words = size_of(bead), bead_in_words(bead)
+        (width, height), kind = size_of(bead), bead_in_words(bead)
+        words = f"{kinds[kind]} × {kind}" if kind in faces else others
         shape: Any = Ellipse((x + 0.5 * width, y), width, height)
         if bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5:  # its side is seen
             shape = Rectangle((x, y - 0.5 * height), width, height)
-        sketch.patch(shape, named.get(words, others), facecolor=faces.get(words, "white"))
-        if bead.get("inner_radius"):
-            sketch.patch(Circle((x + 0.5 * width, y), 1e3 * bead["inner_radius"]), linewidth=0.4)
+        draw(ax, shape, words, facecolor=faces.get(kind, "white"))
+        if inner := 2e3 * (bead.get("inner_radius") or 0.0):
+            draw(ax, Ellipse((x + 0.5 * width, y), inner, inner), linewidth=0.4)
         x += width
+    if not is_free:
+        return start
 
     # An arrow shows what strikes the first bead.
     striker, speed, gap = chain.get("striker"), chain.get("impact_speed"), 0.6 * size_of(beads[0])[0]
-    moves = f", {float(speed):.3g} m/s" if speed else ""
-    body = striker.get("striker", striker) if isinstance(striker, Mapping) else None
-    if is_free and isinstance(body, Mapping) and ("radius" in body or "size" in body):
+    moves, begin, up = f", {float(speed):.3g} m/s" if speed else "", start - 2.0 * gap, y
+    body = striker.get("striker", striker) if isinstance(striker, Mapping) else {}
+    if "radius" in body or "size" in body:
         width, height = size_of(body)
-        shape = Ellipse((start - gap - 0.5 * width, y), width, height)
-        sketch.patch(shape, f"striker: {bead_in_words(body)}{moves}", facecolor="#f2b38a")
-        sketch.arrow(start - gap - width, start, y + 0.5 * height + 2.0)
-    elif is_free:
+        begin, up = start - gap - width, y + 0.5 * height + 2.0
+        shape = Ellipse((begin + 0.5 * width, y), width, height)
+        draw(ax, shape, f"striker: {bead_in_words(body)}{moves}", facecolor="#f2b38a")
+    else:
         words = f"first bead starts{moves}" if striker is None else "pushed: a force or a place over time"
-        sketch.arrow(start - 2.0 * gap, start, y, words)
+        ax.plot([], [], label=words, color=COLOURS[1], marker=">", linestyle="none")
+    ax.annotate("", (start, up), (begin, up), arrowprops={"arrowstyle": "-|>", "color": COLOURS[1], "linewidth": 1.2})
+    ax.plot([begin, start], [up, up], linestyle="none")  # an arrow does not count where limits are chosen
     return start
 
 
-def half_height(structure: Any) -> float:
-    """Return how far a structure is drawn to either side of the chain."""
-    data = structure if isinstance(structure, Mapping) else {}
-    if data.get("layers"):
-        return 1.2e3 * max(float(layer["radius"]) for layer in data["layers"])
-    if data.get("kind") == "beam":
-        return 1e3 * max(float(data["at"]), float(data["length"]) - float(data["at"]))
-    return 0.0 if structure is None else SPACE
+def side_of(data: Described) -> Iterator[tuple[float, float, float, str, dict[str, Any]]]:
+    """Yield the parts of a structure as seen from the side, from the contact on.
 
-
-def draw_side(sketch: Sketch, structure: Any, x: float, y: float, sign: float) -> float:
-    """Draw a structure from the side, whose face is at x, to the right or to the left; return its far end."""
-    data: Described = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
-    kind, half = str(data.get("kind", "structure")), half_height(structure)
-    ends = y - half, y + half
-    of = f" of {material_of(data)}" if data.get("material") else ""
+    Of each its width along the chain, its half-height, how far its middle lies above the contact, words and look.
+    """
+    kind, look, layers = str(data.get("kind", "structure")), {"facecolor": LAYER_COLOURS[0]}, data.get("layers") or []
+    material: Any = data.get("material")
+    of = f" of {material_of(data)}" if material else ""
     if "thickness" in data:
         thick = 1e3 * float(data["thickness"])
-        return sketch.block(x, ends, sign * thick, f"{kind}, {thick:.4g} mm{of}", facecolor=LAYER_COLOURS[0])
-    if kind == "beam":
+        yield thick, SPACE, 0.0, f"{kind}, {thick:.4g} mm{of}", look
+    elif kind == "beam":
         # As thick as a rectangular section of its stiffness and mass.
-        length, away, material = 1e3 * data["length"], 1e3 * data["at"], data["material"]
+        length, away = 1e3 * data["length"], 1e3 * data["at"]
         area = data["mass_per_length"] / material["density"]
         thick = 1e3 * sqrt(12.0 * data["bending_stiffness"] / (material["youngs_modulus"] * area))
-        words = f"beam{of}, {length:.4g} mm long, struck at {away:.4g} mm; thickness of a rectangular section"
-        ends = y + away - length, y + away
-        far = sketch.block(x, ends, sign * thick, words, facecolor=LAYER_COLOURS[0])
-        for support, end in zip(data.get("supports") or (), ends[::-1], strict=False):
-            sketch.edge([x, far], [end, end], str(support), f"end: {support}")
-        return far
-    if not data.get("layers"):
+        ends = " and ".join(map(str, dict.fromkeys(data.get("supports") or ())))
+        words = f"beam{of}, {length:.4g} mm long, ends {ends}, struck at {away:.4g} mm"
+        yield thick, 0.5 * length, away - 0.5 * length, f"{words}; thickness of a rectangular section", look
+    elif not layers:
         words, hatch = (f"{kind}{of}", "//") if kind == "half-space" else (f"{kind}{of}, whose size is not known", "..")
-        return sketch.block(x, ends, sign * SPACE, words, facecolor="#e6e6e6", edgecolor=PALE, hatch=hatch)
-
-    lengths = dict[str, list[float]]()
-    for layer in data["layers"]:
-        lengths.setdefault(material_of(layer), []).append(1e3 * float(layer["length"]))
-    for layer in data["layers"]:
-        name, radius = material_of(layer), 1e3 * float(layer["radius"])
-        words = f"{name}, {lengths[name][0]:.4g} mm long, radius {radius:.4g} mm"
-        if len(lengths[name]) > 1:
-            words = f"{name}, {len(lengths[name])} layers, together {sum(lengths[name]):.4g} mm long"
-        face = LAYER_COLOURS[list(lengths).index(name) % len(LAYER_COLOURS)]
-        x = sketch.block(x, (y - radius, y + radius), sign * 1e3 * float(layer["length"]), words, facecolor=face)
+        yield SPACE, SPACE, 0.0, words, {"facecolor": "#e6e6e6", "edgecolor": PALE, "hatch": hatch}
+    names = list(dict.fromkeys(map(material_of, layers)))
+    for layer in layers:
+        name, length, radius = material_of(layer), 1e3 * float(layer["length"]), 1e3 * float(layer["radius"])
+        alike = [1e3 * float(one["length"]) for one in layers if material_of(one) == name]
+        words = f"{name}, {sum(alike):.4g} mm long"
+        words += f" in {len(alike)} layers" if len(alike) > 1 else f", radius {radius:.4g} mm"
+        yield length, radius, 0.0, words, {"facecolor": LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]}
     base = str(data.get("base"))
-    if base not in ("free", "contact", "None"):
-        hatch = {"fixed": "////", "absorbing": "...."}.get(base, "++")
-        sketch.block(x, ends, sign * 0.3 * half, f"base: {base}", hatch=hatch, linewidth=0.0)
-    return x + sign * 0.3 * half
+    if layers and base not in ("free", "contact", "None"):
+        half = 1.2e3 * max(float(layer["radius"]) for layer in layers)
+        yield 0.3 * half, half, 0.0, f"base: {base}", {"hatch": BASES.get(base, "++"), "linewidth": 0.0}
 
 
-def draw_front(sketch: Sketch, plate: Described, touching: Mapping[int, int], x: float, y: float, top: float) -> float:
+def draw_front(ax: Axes, plate: Described, touching: Mapping[int, int], x: float, y: float, top: float) -> float:
     """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y.
 
     touching: the chain that touches each of its contact points.
     """
     contact: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
     # The outline and its holes, with the names of their edges.
-    rings = list[tuple[Any, list[str]]]()
     if "corners" in plate:
-        rings.append((plate["corners"], list(plate.get("edges") or ["edge"] * len(plate["corners"]))))
+        rings = [(plate["corners"], plate.get("edges") or ["edge"] * len(plate["corners"]))]
         rings += [(hole, [f"hole {k}"] * len(hole)) for k, hole in enumerate(plate.get("holes") or [], 1)]
     elif "length" in plate and "width" in plate:
         a, b = float(plate["length"]), float(plate["width"])
-        rings.append(([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)], ["bottom", "right", "top", "left"]))
+        rings = [([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)], ["bottom", "right", "top", "left"])]
     else:
-        away = 1e3 * float(plate.get("distance") or 0.0)
-        sketch.block(x, (y - SPACE, y + SPACE), away + SPACE, "", facecolor="#eef1f4", linewidth=0.0)
+        away, kind = 1e3 * float(plate.get("distance") or 0.0), str(plate.get("edge", "free"))
+        draw(ax, Rectangle((x, y - SPACE), away + SPACE, 2.0 * SPACE), facecolor="#eef1f4", linewidth=0.0)
         if away:
-            kind = str(plate.get("edge", "free"))
-            sketch.edge([x, x], [y - SPACE, y + SPACE], kind, f"edge: {kind}, {away:.4g} mm from the contact")
+            words, look = f"edge: {kind}, {away:.4g} mm from the contact", EDGES.get(kind, EDGES["elastic"])
+            ax.plot([x, x], [y - SPACE, y + SPACE], label=words, solid_capstyle="butt", **look)
         beyond = f"the outline is in {plate['mesh']}" if "mesh" in plate else "the plate continues beyond the picture"
-        sketch.line([x + (away or 0.5 * SPACE)], [y], f"contact; {beyond}", **contact)
+        ax.plot([x + (away or 0.5 * SPACE)], [y], label=f"contact; {beyond}", **contact)
         return y - SPACE
 
     corners = np.concatenate([ring for ring, _ in rings])
     low, (width, height) = corners.min(axis=0), 1e3 * np.ptp(corners, axis=0)
-    factor = min(1.0, max(abs(sketch.ax.dataLim.x0), 100.0) / max(width, height))
+    factor = min(1.0, max(abs(ax.dataLim.x0), 100.0) / max(width, height))
     half = 0.5 * factor * height
     corner = np.array([x, min(y, top - half) - half])
 
-    def at(*places: Any) -> tuple[Any, Any]:
-        """Return x and y of places on the plate, m."""
-        x, y = (corner + factor * 1e3 * (np.array(places) - low)).T
-        return x, y
+    def line(places: Any, words: str, **look: Any) -> None:
+        """Draw through places on the plate, m."""
+        ax.plot(*(corner + factor * 1e3 * (np.array(places) - low)).T, label=words, **look)
 
     for ring, names in rings:
-        for name, start, end in zip(names, ring, [*ring[1:], ring[0]], strict=True):
+        for name, *ends in zip(names, ring, [*ring[1:], ring[0]], strict=True):
             kind = (plate.get("supports") or {}).get(name, "free")
             kind = "elastic" if isinstance(kind, Mapping) else str(kind)
-            sketch.edge(*at(start, end), kind, f"edge: {kind}")
+            line(ends, f"edge: {kind}", solid_capstyle="butt", **EDGES.get(kind, EDGES["elastic"]))
     for addition in plate.get("additions") or []:
         if "region" in addition:
-            left, right, bottom, upper = addition["region"]
-            box = [(left, bottom), (right, bottom), (right, upper), (left, upper), (left, bottom)]
-            sketch.line(*at(*box), "weakened region", color=COLOURS[3], linewidth=1.2, linestyle="--")
-        elif "mass" in addition and "x" in addition:
+            around = np.array(addition["region"])[[[0, 2], [1, 2], [1, 3], [0, 3], [0, 2]]]
+            line(around, "weakened region", color=COLOURS[3], linewidth=1.2, linestyle="--")
+        elif "start" in addition:
+            line([addition["start"], addition["end"]], "stiffener", color=COLOURS[3], linewidth=2.5)
+        elif "mass" in addition:
             place = addition["x"], addition["y"]
-            sketch.line(*at(place), "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
-        elif "start" in addition and "end" in addition:
-            sketch.line(*at(addition["start"], addition["end"]), "stiffener", color=COLOURS[3], linewidth=2.5)
+            line([place], "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
     for point, place in enumerate(np.reshape(plate.get("at") or [], (2, -1)).T):
         of = f" of chain {touching[point]}" if point in touching and len(touching) > 1 else ""
         words = f"contact{of} at ({1e3 * place[0]:.4g}, {1e3 * place[1]:.4g}) mm"
         face = COLOURS[1] if point in touching else "white"
-        sketch.line(*at(place), words if point in touching else "other contacts", **contact, markerfacecolor=face)
+        line([place], words if point in touching else "other contacts", **contact, markerfacecolor=face)
     scale = "" if factor == 1.0 else f", drawn × {factor:.2g}"
-    sketch.note(f"right: seen along the chain, {width:.4g} × {height:.4g} mm{scale}")
+    note(ax, f"right: seen along the chain, {width:.4g} × {height:.4g} mm{scale}")
     return float(corner[1])
 
 
@@ -343,11 +296,9 @@ def bead_in_words(bead: Described) -> str:
 
 def material_of(data: Described) -> str:
     """Return the name of a material, or its modulus where it has none."""
-    material = data.get("material")
-    if not isinstance(material, Mapping):
-        return "several plies" if material is None else "a material"
-    if material.get("plies"):
-        return ", ".join(dict.fromkeys(map(material_of, material["plies"])))
+    material = data["material"] if isinstance(data.get("material"), Mapping) else {}
+    if plies := material.get("plies"):
+        return ", ".join(dict.fromkeys(map(material_of, plies)))
     if not material.get("name") and "youngs_modulus" in material:
         return f"E = {1e-9 * float(material['youngs_modulus']):.4g} GPa"
     return str(material.get("name") or "a material")

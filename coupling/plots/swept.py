@@ -1,7 +1,7 @@
 """Plots of AR and TOF over a parameter of a sweep, with the reasons for missing values."""
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -9,7 +9,6 @@ import xarray as xr
 from coupling.plots.canvas import COLOURS, axes_for, from_zero, in_words, legend_below, mark_missing, plain, styled
 from coupling.results.ar_and_tof import WAVES, amplitude_ratio, reflections, time_of_flight
 from coupling.results.findings import NUMBER
-from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of, unit_of
 from coupling.results.waves import NoWave
 from structures.checks import count_of, instance, one_of, whole
@@ -61,46 +60,48 @@ def swept(
     >>> print(hl.plots.swept(runs, sensor=7).get_xlabel())
     modulus (GPa)
     """
-    name, factor, _ = MEASURES[one_of("measure", measure, MEASURES)]
+    data = instance("runs", runs, xr.Dataset, "the Dataset of a sweep")
     sensor = sensor if sensor is None else whole("sensor", sensor)
-    values = _values(runs, sensor, measure, one_of("wave", wave, WAVES))
+    name, factor, read = MEASURES[one_of("measure", measure, MEASURES)]
+    kept = f"{wave}_" * (one_of("wave", wave, WAVES) != "primary") + measure  # as cases keep the secondary wave
+    if kept not in data and not kind_of(data):
+        raise ValueError(f"runs: holds neither forces nor {kept}; must be the Dataset of a sweep")
+    if kept not in data and sensor is None:
+        raise ValueError("sensor = None: must be a bead of the runs, 1 to N from the struck end")
+    values = data[kept].reset_coords(drop=True) if kept in data else read(data, sensor, wave)  # type: ignore[arg-type]
     axes = [str(axis) for axis in values.dims]
     if not 1 <= len(axes) <= 2:
         raise ValueError(
             f"runs: has the parameters {', '.join(axes) or 'none'}; must have one or two, choose others with runs.sel"
         )
     along = axes[0] if over is None else one_of("over", over, axes)
-    others = [axis for axis in axes if axis != along]
-    count = values.sizes[others[0]] if others else 1
+    other = next((axis for axis in axes if axis != along), "")
+    count = values.sizes[other] if other else 1
     if count > MOST_CURVES:
         raise ValueError(
-            f"runs: {others[0]} has {count} values, which make as many curves; choose at most {MOST_CURVES} with "
-            f"runs.sel, or take over={others[0]!r}"
+            f"runs: {other} has {count} values, which make as many curves; choose at most {MOST_CURVES} with "
+            f"runs.sel, or take over={other!r}"
         )
 
     is_number = values[along].dtype.kind in "iuf"
     x = parameter(values[along])[0] * values[along].values if is_number else np.arange(values.sizes[along])
     ax = axes_for(ax)
     for number in range(count):
-        at = {others[0]: number} if others else {}
-        curve = values.isel(at)
+        at = {other: number} if other else {}
+        curve = factor * values.isel(at).values
         label = f"{wave} wave" + f" at bead {sensor}" * bool(sensor)
-        if others:
-            value, (scale, unit) = values[others[0]].values[number], parameter(values[others[0]])
-            label = str(value)
-            if np.isreal(value):
-                label = f"{words_of(values[others[0]])} {scale * value:.4g} {unit}".rstrip()
-        ax.plot(
-            x, factor * curve.values, MARKERS[number], linestyle="-" if is_number else "none", color=COLOURS[number],
-            markersize=4.0, linewidth=1.1, label=label,
-        )  # fmt: skip
-        gaps = np.flatnonzero(np.isnan(curve.values))
+        if other:
+            value, (scale, unit) = values[other].values[number], parameter(values[other])
+            label = f"{words_of(values[other])} {scale * value:.4g} {unit}".rstrip() if np.isreal(value) else str(value)
+        style, colour = MARKERS[number] + "-" * is_number, COLOURS[number]
+        ax.plot(x, curve, style, color=colour, markersize=4.0, linewidth=1.1, label=label)
+        gaps = np.flatnonzero(np.isnan(curve))
         if gaps.size:
-            reasons = [_reason(runs.isel({along: int(gap), **at}), sensor, wave) for gap in gaps]
+            reasons = [_reason(data.isel({along: int(gap), **at}), sensor, wave) for gap in gaps]
             # Reasons that differ in numbers only stand once.
             kinds = Counter(NUMBER.sub("#", reason) for reason in reasons)
             last = {NUMBER.sub("#", reason): reason for reason in reasons}
-            texts = [f"{last[kind]} ({count_of(count, 'point')})" for kind, count in kinds.items()]
+            texts = [f"{last[kind]} ({count_of(many, 'point')})" for kind, many in kinds.items()]
             mark_missing(ax, x[gaps], number, label=f"no {wave} wave: {'; '.join(texts)}")
     if not is_number:
         ax.set_xticks(x, [plain(str(value)) for value in values[along].values])
@@ -112,8 +113,17 @@ def swept(
     elif measure == "amplitude_ratio":
         from_zero(ax)
     styled(ax, label_of(values[along]), name)
-    legend_below(ax, f"{wave} wave" if others else "")
+    legend_below(ax, f"{wave} wave" if other else "")
     return ax
+
+
+def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
+    """Return why a point has no such wave."""
+    if said := [str(point[name].values) for name in ("error", "reason") if name in point and str(point[name].values)]:
+        return said[0]
+    waves = reflections(point, sensor) if sensor and kind_of(point) else None
+    missing = getattr(waves, wave, waves and waves.secondary)
+    return missing.reason if isinstance(missing, NoWave) else "no such wave was found"
 
 
 def words_of(values: xr.DataArray) -> str:
@@ -131,16 +141,13 @@ def varied(runs: xr.Dataset) -> dict[str, str]:
     """Return the parameters of a sweep by name, each with its values in words, such as "5 to 125 mm"."""
     shown = next((name for name in ("contact_force", *MEASURES) if name in runs), None)
     texts = {}
-    for name in axes_of(runs[shown]) if shown else []:
-        if name not in runs.coords or name == "wave":
-            continue
-        values = runs[name]
-        factor, unit = parameter(values)
-        if values.dtype.kind in "iuf" and values.size > 1:
+    for name in [axis for axis in axes_of(runs[shown]) if axis in runs.coords] if shown else ():
+        values, (factor, unit) = runs[name], parameter(runs[name])
+        if values.dtype.kind not in "iuf":
+            texts[name] = ", ".join(map(str, values.values))
+        elif values.size > 1:
             low, high = factor * values.values.min(), factor * values.values.max()
             texts[name] = f"{low:.6g} to {high:.6g} {unit}".rstrip()
-        elif values.dtype.kind not in "iuf":
-            texts[name] = ", ".join(map(str, values.values))
     return texts
 
 
@@ -148,35 +155,3 @@ def parameter(values: xr.DataArray) -> tuple[float, str]:
     """Return the factor of a parameter and its unit in handy form, from its attribute or from its name."""
     unit = str(values.attrs.get("units", "")) or unit_of(str(values.name))
     return handy(values.values, unit) if values.dtype.kind in "iuf" else (1.0, "")
-
-
-def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataArray:
-    """Return the measure over the parameters."""
-    data = instance("runs", runs, xr.Dataset, "the Dataset of a sweep")
-    if f"{wave}_{measure}" in data:  # as cases keep the secondary wave
-        return data[f"{wave}_{measure}"].reset_coords(drop=True)
-    if measure in data:
-        values = data[measure]
-        if "wave" in values.dims:
-            waves = values["wave"].values.tolist()
-            values = values.sel(wave=one_of("wave", wave, waves))
-        elif wave != "primary":
-            raise ValueError(f"wave = {wave!r}: runs holds {measure} of one wave only")
-        return values.reset_coords(drop=True)
-    if not kind_of(data):
-        raise ValueError(f"runs: holds neither forces nor {measure}; must be the Dataset of a sweep")
-    if sensor is None:
-        raise ValueError("sensor = None: must be a bead of the runs, 1 to N from the struck end")
-    return MEASURES[measure][2](data, sensor, wave)
-
-
-def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
-    """Return why a point has no such wave."""
-    for name in ("error", "reason"):
-        if name in point and str(point[name].values):
-            return str(point[name].values)
-    if sensor is None or not kind_of(point) or axes_of(point.contact_force) or Reading(point).time.size < 2:
-        return "no such wave was found"
-    waves = reflections(point, sensor)
-    missing = getattr(waves, wave, waves.secondary)
-    return str(missing.reason) if isinstance(missing, NoWave) else "no such wave was found"

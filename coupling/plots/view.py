@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from coupling.plots.canvas import round_number
 from coupling.plots.motion import known_motion
 from structures.checks import finite, not_negative, one_of, positive
 from structures.units import handy
@@ -88,29 +89,26 @@ def picture(
     >>> hl.plots.picture(motion, "bead.png", factor=0.0).name  # doctest: +SKIP
     'bead.png'
     """
-    motion, target = known_motion(motion), Path(path)
-    film = target.suffix.lower() == ".gif"
-    if not film and target.suffix.lower() != ".png":
-        raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in .png, or in .gif")
-    moments = motion.time.values
-    if time is None:
-        number = int(np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1).argmax())
-    elif film:
-        raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
-    else:
-        spare = 0.5 * float(np.diff(moments).max(initial=0.0)) or 1e-6
-        if not moments[0] - spare <= finite("time", time, "s") <= moments[-1] + spare:
-            raise ValueError(
-                f"time = {time!r}: must lie between {moments[0]:.6g} and {moments[-1]:.6g} s, as the motion"
-            )
-        number = int(np.argmin(abs(moments - time)))
-
     from PIL import Image
 
+    motion, target = known_motion(motion), Path(path)
+    film, moments = target.suffix.lower() == ".gif", motion.time.values
+    if not film and target.suffix.lower() != ".png":
+        raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in .png, or in .gif")
+    if film and time is not None:
+        raise ValueError(f"time = {time!r}: must be None for an animation, .gif, which shows every time")
+    number = int(np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1).argmax())
+    if time is not None:
+        spare = 0.5 * float(np.diff(moments).max(initial=0.0)) or 1e-6
+        if not moments[0] - spare <= finite("time", time, "s") <= moments[-1] + spare:
+            ends = f"{moments[0]:.6g} and {moments[-1]:.6g} s"
+            raise ValueError(f"time = {time!r}: must lie between {ends}, as the motion")
+        number = int(np.argmin(abs(moments - time)))
+
     scene = Scene(motion if film else motion.isel(time=[number]), show, factor, highest)
-    options: dict[str, Any] = {}
     with written_whole("path", target) as part:
         images = [Image.fromarray(scene.image(k)) for k in range(scene.motion.sizes["time"])]
+        options: dict[str, Any] = {}
         if film:
             # Frames share the colours of one palette; otherwise they would flicker.
             sample = Image.fromarray(np.concatenate([np.asarray(image)[::2, ::2] for image in images]))
@@ -301,12 +299,6 @@ def grid_of(motion: xr.Dataset, places: NDArray[np.float64], part: int | None = 
 
     cells = motion.cells.values if part is None else motion.cells.values[motion.part.values == part]
     return pyvista.UnstructuredGrid({getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]]): cells}, places)
-
-
-def round_number(value: float, up: bool = False) -> float:
-    """Return the next number of 1, 2, 5, 10, ... below a positive one, or above it."""
-    steps = np.outer(10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0), (1.0, 2.0, 5.0)).ravel()
-    return float(steps[steps >= value].min() if up else steps[steps <= value].max())
 
 
 @contextmanager
