@@ -1,6 +1,6 @@
 """The motion inside bodies: displacement and stress at chosen times of a run, computed after the run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import sqrt
 from typing import Any
 
@@ -19,11 +19,10 @@ from structures.checks import each, finite, instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, known_field
-from structures.surface import Surface, hertz_stiffness, relative_curvatures
+from structures.surface import hertz_stiffness, relative_curvatures
 
 LARGEST_CONTACT_ERROR = 0.05  # of the recomputed contact displacement, as a fraction of the run's greatest
 ROUNDING = 1e-9  # relative, of times and of numbers that describe a chain
-CIRCULAR_DIFFERENCE = 1e-6  # of the relative curvatures of a circular contact at most, as a fraction of their sum
 MOST_LISTED = 3  # differences that an error lists
 
 STRESS_COMPONENTS = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}  # places in the stress of a body of revolution
@@ -36,8 +35,6 @@ def motion(
     body: Structure | DeformableChain,
     times: ArrayLike,
     beads: Sequence[int] | int | None = None,
-    structure: Structure | Surface | None = None,
-    behind: Structure | Surface | None = None,
 ) -> xr.Dataset:
     """Return displacement and stress inside a run's structure, or inside beads, at the saved times nearest to `times`.
 
@@ -57,9 +54,7 @@ def motion(
     times : array_like
         Times, s.
     beads : int or sequence of int, optional
-        Numbers of the beads of a chain; 0 is the striker. By default all.
-    structure, behind : Structure or Surface, optional
-        What the last and the first bead of a chain face; needed if these beads touch it and are among `beads`.
+        Numbers of the beads of a chain; 0 is the striker. By default all. A bead that touches a structure is refused.
 
     Returns
     -------
@@ -77,14 +72,13 @@ def motion(
     Raises
     ------
     ValueError
-        For times outside the run, a chain other than that of the run, structures without a field, contacts that are
-        not circular, and Datasets that are not a single whole run; where contact_error exceeds 5 %, as of another
-        structure, or of a run saved too rarely.
+        For times outside the run, a chain other than that of the run, structures without a field, and Datasets that are
+        not a single whole run; where contact_error exceeds 5 %, as of another structure, or of a run saved too rarely.
 
     Notes
     -----
     A chain is compared with the input of the run. A point of a sweep holds the input of the first point; so there only
-    places of bodies, modes and energy are compared.
+    modes, places of bodies and energy are compared.
 
     Examples
     --------
@@ -97,10 +91,9 @@ def motion(
     """
     instance("body", body, Structure | DeformableChain, "the Structure or the DeformableChain that was run")  # type: ignore[arg-type]
     if isinstance(body, DeformableChain):
-        return _of_beads(run, body, times, beads, {"structure": structure, "behind": behind})
-    for name, value in (("beads", beads), ("structure", structure), ("behind", behind)):
-        if value is not None:
-            raise ValueError(f"{name} = {short(value)}: must be None where body is no DeformableChain")
+        return _of_beads(run, body, times, beads)
+    if beads is not None:
+        raise ValueError(f"beads = {short(beads)}: must be None where body is no DeformableChain")
     return _of_structure(run, body, times)
 
 
@@ -149,22 +142,13 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
     return _dataset(run, field.grid, moments[rows], displacement, stress).assign_attrs(contact_error=error, up=up)
 
 
-def _of_beads(
-    dataset: object, chain: DeformableChain, times: ArrayLike, beads: Any, ends: Mapping[str, object]
-) -> xr.Dataset:
-    """Return the motion of beads. ends: what the last and the first bead face."""
+def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: Any) -> xr.Dataset:
     reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
     reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
     reading.check_one_chain(*BEAD_VARIABLES)
     run, bodies = reading.data, (chain.body, *chain.beads)
     own, count, first = int(run.coords.get("chain", 0)), len(bodies), 0 if chain.body is not None else 1
     _check_chain(reading, chain, own)
-    surfaces = dict[str, Surface | None]()
-    for name, end in ends.items():
-        body: Any = instance(name, end, Structure | Surface | None, "a Structure, a Surface or None")  # type: ignore[arg-type]
-        if isinstance(body, Structure) and body.contacts > 1:
-            raise ValueError(f"{name}: has several contact points; give the Surface that this chain touches")
-        surfaces[name] = body.surfaces[0] if isinstance(body, Structure) else body
     given = [beads] if isinstance(beads, int | np.integer) else beads
     wanted = range(first, count) if given is None else listed("beads", given, object, "numbers")
     numbers = sorted({whole("beads", number, first, count - 1) for number in wanted})
@@ -182,7 +166,7 @@ def _of_beads(
         sides = []
         for contact in (number - 1, number):
             pressed = force[:, contact + 1]
-            scale = _radius_at_one_newton(chain, bodies, surfaces, number, contact) if pressed.any() else 0.0
+            scale = _radius_at_one_newton(chain, bodies, number, contact) if pressed.any() else 0.0
             sides.append([Push(one, scale * one ** (1.0 / 3.0)) for one in pressed.tolist()])
         pushes[number] = list(zip(*sides, strict=True))
     fields = dict[Any, BeadField]()
@@ -225,14 +209,11 @@ def _check_chain(reading: Reading, chain: DeformableChain, own: int) -> None:
     there: Any = inputs["chains"][own] if "chains" in inputs else inputs.get("chain")
     here: Any = stored(as_text(chain.describe()))
     if there is None:
-        modes = 1 + np.isfinite(run.vibration_amplitude.values[0, 1]).sum()
-        facts = {
-            "beads": (reading.beads[0], len(chain.beads)),
-            "modes": (modes, chain.modes),
-            "length": (np.ptp(run.centre.values[: len(chain.beads) + 1]), np.ptp(chain.centres)),
-            "impact energy": (float(run.impact_energy), chain.impact_energy),
-        }
-        there, here = ({name: float(f"{pair[k]:.9g}") for name, pair in facts.items()} for k in (0, 1))
+        modes = 1 + int(np.isfinite(run.vibration_amplitude.values[0, 1]).sum())
+        length = np.ptp(run.centre.values[: len(chain.beads) + 1])
+        pairs = {"modes": (modes, chain.modes), "length": (length, np.ptp(chain.centres))}
+        pairs["impact energy"] = float(run.impact_energy), chain.impact_energy
+        there, here = ({name: float(f"{pair[k]:.9g}") for name, pair in pairs.items()} for k in (0, 1))
     if unlike := list(differences(there, here)):
         more = f" and {len(unlike) - MOST_LISTED} more" if len(unlike) > MOST_LISTED else ""
         raise ValueError(
@@ -240,23 +221,16 @@ def _check_chain(reading: Reading, chain: DeformableChain, own: int) -> None:
         )
 
 
-def _radius_at_one_newton(
-    chain: DeformableChain, bodies: Sequence[Any], ends: Mapping[str, Surface | None], number: int, contact: int
-) -> float:
+def _radius_at_one_newton(chain: DeformableChain, bodies: Sequence[Any], number: int, contact: int) -> float:
     """Return the radius of a contact circle of a bead, m, by Hertz; it grows with the cube root of the force."""
     neighbour = contact if contact < number else contact + 1
     body: Bead | None = bodies[neighbour] if neighbour < len(bodies) else None
-    name = "behind" if neighbour == 0 else "structure"
-    facing = body.surface if body is not None else ends[name]
-    if body is None and neighbour == 0:
-        facing = chain.excitation.faces(chain.beads[0]) or facing
+    facing = chain.excitation.faces(chain.beads[0]) if neighbour == 0 else None
+    facing = facing if body is None else body.surface
     if facing is None:
-        raise ValueError(f"{name} = None: must be what bead {number} touches, a Structure or a Surface")
+        raise ValueError(f"beads: bead {number} touches no bead at contact {contact + 1}, so its stress is not known")
     surface = bodies[number].surface
-    flat, sharp = relative_curvatures(surface, facing)
-    if sharp - flat > CIRCULAR_DIFFERENCE * (sharp + flat):
-        raise ValueError(f"contact {contact + 1}: is not circular, so the stress of the bead is not axisymmetric")
-    return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / sharp)
+    return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / relative_curvatures(surface, facing)[1])
 
 
 def _nearest_rows(run: xr.Dataset, times: ArrayLike) -> NDArray[np.intp]:
