@@ -1,6 +1,6 @@
 """The report of a result: its answer in a sentence, the set-up, figures, tables, warnings and the input."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from coupling.inference.identification import Identification
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
 from hertzlink.output import write_file
-from hertzlink.reports import Page, Table, html, sketch_and_input, usual_facts
+from hertzlink.reports import Page, html, sketch_and_input, usual_facts
 from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 from structures.caution import collected
 from structures.checks import short
@@ -60,9 +60,9 @@ def report(
 
 def page_of(
     result: Any, title: str | None = None, sensors: Any = None, setup: Any = None, took: float | None = None,
-    yielded: xr.Dataset | None = None, tables: Sequence[Table] = (),
+    yielded: xr.Dataset | None = None,
 ) -> Page:  # fmt: skip
-    """Return the page of a result. yielded: the same with contacts that yield. tables: of a case, before the others."""
+    """Return the page of a result. took: s. yielded: the same with contacts that yield."""
     data = result.to_dataset() if isinstance(result, Identification) else result
     if not isinstance(data, xr.Dataset):
         data = xr.Dataset()  # which is refused below
@@ -86,7 +86,6 @@ def page_of(
         sketch, page.texts = sketch_and_input(data, setup)
     page.title = title or page.title
     page.pictures[:0] = sketch
-    page.tables[:0] = tables
     page.warnings = one_of_each([*findings_of(data), *said])
     page.facts = usual_facts(took, data.attrs)
     return page

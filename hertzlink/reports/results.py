@@ -2,10 +2,10 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import islice, product
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -52,8 +52,9 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
     page, beads = Page("Run" if is_run else "Measured signal"), ", ".join(map(str, numbers))
     for i in range(count):
         who, name = (f" of chain {i}", f"-chain-{i}") if count > 1 else ("", "")
-        spots = {"": data} if yielded is None else {"": data, ", fresh spot": yielded}
-        one, *fresh = spots.values() if count == 1 else (spot.isel(chain=i) for spot in spots.values())
+        spots = {"": data} | ({} if yielded is None else {", fresh spot": yielded})
+        spots = {spot: run.isel(chain=i) if count > 1 else run for spot, run in spots.items()}
+        one, *fresh = spots.values()
         page.sentences.append(f"At bead {numbers[0]}{who} {waves_in_words(one, numbers[0])}.")
         for spot in fresh:
             page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(spot, numbers[0])}.")
@@ -68,12 +69,7 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
         if is_run and not Reading(one).at_sensors:
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
             page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
-        rows = [
-            (f"bead {number}, {wave}{spot}", *cells)
-            for spot, run in zip(spots, (one, *fresh), strict=True)
-            for number in numbers
-            for wave, cells in wave_cells(run, number)
-        ]
+        rows = [row for spot, run in spots.items() for number in numbers for row in wave_rows(run, number, spot)]
         head = "sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark"
         page.tables.append(Table(f"AR and TOF at the sensors{who}", head, rows))
         if budgets := json.loads(one.attrs.get(UNCERTAINTY, "{}")):
@@ -104,21 +100,20 @@ def waves_in_words(data: xr.Dataset, sensor: int) -> str:
     if isinstance(waves["primary"], NoWave):
         return f"no reflected wave is found: {waves['primary'].reason}"
     found = {name: wave.texts for name, wave in waves.items() if isinstance(wave, ReflectedWave)}
-    return " and ".join(
-        f"the {name} wave has AR {ratio} and TOF {flight} µs" for name, (ratio, flight) in found.items()
-    )
+    return " and ".join(f"the {name} wave has AR {ratio} and TOF {tof} µs" for name, (ratio, tof) in found.items())
 
 
-def wave_cells(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the name and the cells of each wave at a sensor: peak, arrival, AR, TOF and a remark."""
+def wave_rows(data: xr.Dataset, sensor: int, spot: str) -> Iterator[tuple[str, ...]]:
+    """Yield the row of each wave at a sensor: its name, peak, arrival, AR, TOF and a remark."""
     for name, wave in waves_at(data, sensor).items():
+        peak = arrival = ratio = flight = remark = ""
         if isinstance(wave, NoWave):
-            yield name, ("", "", "", "", f"none; {wave.reason}")
-            continue
-        texts, remark = ("", ""), ""
+            remark = f"none; {wave.reason}"
+        else:
+            peak, arrival = f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}"
         if isinstance(wave, ReflectedWave):
-            texts, remark = wave.texts, ABOVE_ONE if wave.amplitude_ratio > 1.0 else ""
-        yield name, (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *texts, remark)
+            (ratio, flight), remark = wave.texts, ABOVE_ONE * (wave.amplitude_ratio > 1.0)
+        yield f"bead {sensor}, {name}{spot}", peak, arrival, ratio, flight, remark
 
 
 def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
@@ -134,14 +129,14 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
                 measured[f"{wave} {name}"] = factor * values
         ratio = measured["primary AR"]
 
-        # Between which values AR lies, and where.
-        ends, missing = list[str](), int(ratio.isnull().sum())
+        missing = int(ratio.isnull().sum())
         if missing < ratio.size:
+            ends = list[str]()
             for index in (np.nanargmin(ratio.values), np.nanargmax(ratio.values)):
                 place = np.unravel_index(index, ratio.shape)
-                where = ", ".join(f"{name} {value}" for name, value in point_in_words(ratio, place).items())
+                where = said_of(point_in_words(ratio, ratio.dims, place))
                 ends.append(f"{ratio.values[place]:.3f}" + f" ({where})" * bool(where))
-            without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" if missing else ""
+            without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" * bool(missing)
             said = f"AR of the primary wave at bead {number} lies between {ends[0]} and {ends[1]}{without}."
             page.sentences.append(said)
         for wave in ("primary", "secondary"):
@@ -154,7 +149,7 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
         for place in islice(np.ndindex(*ratio.shape), MOST_ROWS):
             cells = [float(values.values[place]) for values in measured.values()]
             texts = ["none" if np.isnan(cell) else f"{cell:.5g}" for cell in cells]
-            rows.append([*point_in_words(ratio, place).values(), *texts])
+            rows.append([*point_in_words(ratio, ratio.dims, place).values(), *texts])
         left = f" of {MOST_ROWS} of {ratio.size} runs" if ratio.size > MOST_ROWS else ""
         head = [*(words_of(ratio[name]) for name in ratio.dims), *measured]
         page.tables.append(Table(f"AR and TOF at bead {number}{left}", head, rows))
@@ -163,28 +158,29 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
     return page
 
 
-def point_in_words(values: xr.DataArray, place: Any) -> dict[str, str]:
-    """Return the parameters of a point as texts with units, by their names in words."""
+def point_in_words(values: xr.DataArray, names: Iterable[Any], place: Iterable[Any]) -> dict[str, str]:
+    """Return parameters of a point as texts with units, by their names in words. place: the number of each value."""
     texts = {}
-    for name, i in zip(values.dims, place, strict=True):
-        factor, unit = parameter(values[name])
-        value = values[name].values[i]
+    for name, i in zip(names, place, strict=True):
+        (factor, unit), value = parameter(values[name]), values[name].values[i]
         texts[words_of(values[name])] = f"{factor * value:.5g} {unit}".rstrip() if np.isreal(value) else str(value)
     return texts
+
+
+def said_of(point: dict[str, str]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in point.items())
 
 
 def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str) -> Iterator[Picture]:
     """Yield AR and TOF over the parameter of the most values, with curves for another one; a figure for each
     combination of the rest."""
     names = sorted(map(str, ratio.dims), key=lambda name: (ratio[name].dtype.kind not in "iuf", -ratio.sizes[name]))
-    if not names:
-        return
     curves = next((name for name in names[1:] if 1 < ratio.sizes[name] <= MOST_CURVES), None)
     fixed = [name for name in names[1:] if name != curves]
-    for place in islice(product(*(range(ratio.sizes[name]) for name in fixed)), MOST_PICTURES):
+    places = np.ndindex(*(ratio.sizes[name] for name in fixed)) if names else ()
+    for place in islice(places, MOST_PICTURES):
         part = runs.isel(dict(zip(fixed, place, strict=True)))
-        points = (point_in_words(ratio[name], [i]) for name, i in zip(fixed, place, strict=True))
-        where = "".join(f", {name} {value}" for point in points for name, value in point.items())
+        where = ", " * bool(fixed) + said_of(point_in_words(ratio, fixed, place))
         for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
             name = "-".join([measure, wave, str(sensor), *map(str, place)])
             of_forces = None if "amplitude_ratio" in part else sensor
@@ -200,8 +196,8 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
     (factor, unit), rows = parameter(data.distance), list[list[str]]()
     for number, place in enumerate(np.ndindex(*critical.shape)):
-        at, found = point_in_words(critical, place), list[str]()
-        where = f", for {', '.join(f'{name} {value}' for name, value in at.items())}" if at else ""
+        at, found = point_in_words(critical, critical.dims, place), list[str]()
+        where = f", for {said_of(at)}" * bool(at)
         curves = {spot: runs.isel(dict(zip(critical.dims, place, strict=True))) for spot, runs in spots.items()}
         for spot, curve in curves.items():
             low, high = factor * curve.bracket.values.ravel()
@@ -259,10 +255,10 @@ def identification_page(data: xr.Dataset) -> Page:
     else:
         page.sentences.append(f"No value can be trusted: the model does not explain the signal, {size}.")
         page.sentences.append("Mend the model first: a wrong model biases values by more than any interval.")
-    read: dict[str, Any] = stored(data.attrs.get("input")).get("identify", {}).get("signal") or {}
-    file = str(read.get("signal", "arrays"))
-    of_file = f" were fitted to the signal of {file}" * (file != "arrays")
-    page.sentences.append(f"{int(data.attrs['runs'])} runs{of_file}.")
+    read = stored(data.attrs.get("input")).get("identify", {}).get("signal") or {}
+    of = f" of {read['signal']}" if read.get("signal", "arrays") != "arrays" else ""
+    of = f" were fitted to {data.time.size} samples{of}" if "time" in data.dims else ""
+    page.sentences.append(f"{int(data.attrs['runs'])} runs{of}.")
 
     rows = [unknown.row() for unknown in unknowns]
     page.tables.append(Table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), rows))
@@ -270,14 +266,6 @@ def identification_page(data: xr.Dataset) -> Page:
         fits = data.modes.values[1:] / [unknown.unit_size for unknown in unknowns]
         caption = "Other fits that the noise does not exclude"
         page.tables.append(Table(caption, [one.head for one in unknowns], [[f"{x:.4g}" for x in fit] for fit in fits]))
-    entries = [
-        (in_words(name), entry_in_words(value)) for name, value in read.items() if value not in (None, "", {}, [])
-    ]
-    if entries and "time" in data.dims:
-        step = float(data.time[-1] - data.time[0]) / (data.time.size - 1)
-        length = f"{1e-6 / step:.6g} MHz, {1e3 * step * (data.time.size - 1):.6g} ms"
-        entries.append(("samples", f"{data.time.size}, {length}"))
-        page.tables.append(Table("The signal, and how it was read", ("entry", "value"), entries))
 
     def picture(name: str, words: str, *what: Any, height: float = HEIGHT, folded: bool = False) -> None:
         page.pictures.append(drawn(name, words, partial(identified, data, *what), height, folded))
@@ -291,16 +279,6 @@ def identification_page(data: xr.Dataset) -> Page:
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
     picture("correlation", words, "correlation", height=WIDTH - 1.0, folded=True)
     return page
-
-
-def entry_in_words(value: Any) -> str:
-    """Return an entry of the input as text; the keys of a mapping are beads or names."""
-    if isinstance(value, Mapping):
-        names = [f"bead {name}" if str(name).isdigit() else in_words(str(name)) for name in value]
-        return ", ".join(f"{name}: {entry_in_words(part)}" for name, part in zip(names, value.values(), strict=True))
-    if isinstance(value, list | tuple):
-        return ", ".join(map(entry_in_words, value))
-    return str(value)
 
 
 def unknown_in_words(unknown: Unknown) -> str:
