@@ -135,7 +135,7 @@ def test_answers_are_those_of_the_same_run_in_python(server: Server) -> None:
 
 
 def test_the_curve_has_few_points_and_stays_the_same(server: Server) -> None:
-    force = hl.sensor_force(server.explorer.run(server.explorer.case), 6)
+    force = hl.sensor_force(server.explorer.case.run(), 6)
     assert force.size > 2 * MOST_POINTS
     times, values = thinned(force)
     assert times.size <= MOST_POINTS

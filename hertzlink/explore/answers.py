@@ -18,7 +18,6 @@ from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
-from coupling.results.waves import NoWave
 from hertzlink.cases.case import Case, of_case
 from hertzlink.cases.tasks import sensors_of
 from hertzlink.explore.sliders import Slider
@@ -58,15 +57,15 @@ class Explorer:
             sensor = case.data["measure"]["sensor"]
             sensors_of(case, case)
             began = perf_counter()
-            run = self.run(case)
+            run = case.run(self.simulation(case))
             waves, force = reflections(run, sensor), sensor_force(run, sensor)
             took = perf_counter() - began
-        shown = dict[str, dict[str, Any]]()
-        for kind, wave in (("incident", waves.incident), ("primary", waves.primary), ("secondary", waves.secondary)):
-            if isinstance(wave, NoWave):
-                shown[kind] = {"reason": wave.reason}
-            else:
-                shown[kind] = {name: float(getattr(wave, name)) for name in MEASURES if hasattr(wave, name)}
+        shown = {
+            kind: {name: float(getattr(wave, name)) for name in MEASURES if hasattr(wave, name)}
+            if wave
+            else {"reason": wave.reason}
+            for kind, wave in waves._asdict().items()
+        }
         times, forces = thinned(force)
         return {
             "sensor": sensor, "waves": shown, "time": times.tolist(), "force": forces.tolist(), "until": case.until,
@@ -87,9 +86,6 @@ class Explorer:
     def close(self) -> None:
         """Wait for the running answer; later ones never begin. A thread that computes must not outlive the program."""
         self.one_at_a_time.acquire()
-
-    def run(self, case: Case) -> xr.Dataset:
-        return case.run(self.simulation(case))
 
     def simulation(self, case: Case) -> CoSimulation:
         return case.simulation() if self.modes is None else self.modes(case.simulation)

@@ -14,6 +14,7 @@ from hertzlink.reports import environment
 
 HOME = "127.0.0.1"
 
+POLICY = "connect-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 RULES = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -93,18 +94,12 @@ class Handler(BaseHTTPRequestHandler):
 
     def send_text(self, code: int, kind: str, text: str, nonce: str = "") -> None:
         """Send text, with rules by which it loads nothing from elsewhere."""
-        body = text.encode()
-        source = f"'nonce-{nonce}'" if nonce else "'none'"
-        policy = (
-            f"default-src 'none'; script-src {source}; style-src {source}; connect-src 'self'; img-src data:; "
-            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-        )
+        body, source = text.encode(), f"'nonce-{nonce}'" if nonce else "'none'"
+        policy = f"default-src 'none'; script-src {source}; style-src {source}; {POLICY}"
+        of_text = {"Content-Type": f"{kind}; charset=utf-8", "Content-Length": str(len(body))}
         self.send_response(code)
-        for name, value in RULES.items():
+        for name, value in {**RULES, "Content-Security-Policy": policy, **of_text}.items():
             self.send_header(name, value)
-        self.send_header("Content-Security-Policy", policy)
-        self.send_header("Content-Type", f"{kind}; charset=utf-8")
-        self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
 

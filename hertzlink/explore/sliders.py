@@ -64,10 +64,11 @@ class Slider:
 
     def for_page(self) -> dict[str, Any]:
         """Return what the page needs to draw it."""
-        numbers = {name: plain(getattr(self, name)) for name in ("low", "high", "step")}
-        start = self.start if isinstance(self.start, str) else plain(self.start)
-        words = {"name": self.name, "label": self.label, "unit": self.unit, "start": start}
-        return words | numbers | {"choices": list(self.choices), "whole": self.whole}
+        shown = {
+            name: getattr(self, name) for name in ("name", "label", "unit", "start", "low", "high", "step", "whole")
+        }
+        shown = {name: plain(value) if isinstance(value, Decimal) else value for name, value in shown.items()}
+        return shown | {"choices": list(self.choices)}
 
 
 def plain(value: Decimal) -> str:
@@ -82,10 +83,9 @@ def start_of(task: Task) -> Case:
         value = entry(task.case.data, axis.path)
         # What the file gives may be a text with a unit: the checked value counts.
         number = None if value is None else task.first.changed({axis.path: value}).value(axis.path)
+        inside = value in axis.values
         if axis.is_number and isinstance(number, int | float):
             inside = min(axis.values) <= number <= max(axis.values)
-        else:
-            inside = value in axis.values
         if not inside:
             put(case.data, axis.path, axis.values[0])
     case.data["measure"] = {"sensor": task.sensors[0]}
