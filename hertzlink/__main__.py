@@ -1,17 +1,12 @@
 """The command `hertzlink`, also as `python -m hertzlink`."""
 
 import os
-import signal
 import sys
 from collections.abc import Sequence
 
-ENVIRONMENT = {
-    # Small matrices gain little from threads, and beside other work threads wait for each other: studies and sweeps
-    # use processes instead. The libraries of linear algebra read these once, when they are loaded.
-    **dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1"),
-    # Processes of sweeps must not import files that happen to lie beside a case.
-    "PYTHONSAFEPATH": "1",
-}
+# Small matrices gain little from threads, and beside other work threads wait for each other: studies and sweeps use
+# processes instead. The libraries of linear algebra read these once, when they are loaded.
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -24,20 +19,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115
 
-    for name, value in ENVIRONMENT.items():
-        os.environ.setdefault(name, value)
-    # A notebook names a backend that need not be installed here; figures go to files.
-    os.environ["MPLBACKEND"] = "Agg"
-    try:
-        from hertzlink import cli
-    except KeyboardInterrupt:
-        # Some programs send the signal twice; what follows must not be stopped again.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        print("hertzlink: stopped; nothing was written", file=sys.stderr)  # noqa: T201
-        sys.exit(130)
-    except ImportError as error:
-        print(f"hertzlink: {error}", file=sys.stderr)  # noqa: T201
-        sys.exit(2)
+    # Processes of sweeps must not import files beside a case. A notebook names a backend; figures go to files.
+    os.environ.update({**ONE_THREAD, "PYTHONSAFEPATH": "1"} | os.environ, MPLBACKEND="Agg")
+    from hertzlink import cli
+
     cli.main(arguments)
 
 

@@ -35,12 +35,12 @@ def table(seen: Overview) -> str:
         f"{'column':>6}  {'name':14}{'least':>10}{'greatest':>10}{'step':>10}{'noise':>10}  {'hum':14}",
     ]
     for look in seen.looks[:SHOWN]:
-        low, high = np.nanmin(look.values), np.nanmax(look.values)
-        sizes = [readable(float(value), look.unit) for value in (low, high, look.measures.step, look.noise)]
-        hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}" if look.hum else "none"
-        if not look.hum and look.lead < 0.02:  # a period of 50 Hz
-            hum = "lead too short"
-        lines.append(f"{look.column:6d}  {look.name[:13]:14}" + "".join(f"{size:>10}" for size in sizes) + f"  {hum}")
+        ends = np.nanmin(look.values), np.nanmax(look.values)
+        sizes = (f"{readable(float(value), look.unit):>10}" for value in (*ends, look.measures.step, look.noise))
+        hum = "lead too short" if look.lead < 0.02 else "none"  # a period of 50 Hz
+        if look.hum:
+            hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}"
+        lines.append(f"{look.column:6d}  {look.name[:13]:14}{''.join(sizes)}  {hum}")
         its_step = float(look.time[1] - look.time[0])
         if look.time.size != first.time.size or abs(its_step - step) > 1e-3 * step:
             lines.append(f"{'':8}{look.time.size} samples, one every {readable(its_step, 's', 4)}")

@@ -165,8 +165,8 @@ def write_results(
         try:
             page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
             of = printable(Path(name).stem)
-            same = of.replace("-", " ") == page.title.lower()
-            page.title = case.title or (page.title if same else f"{page.title}: {of}")
+            if not case.title and of.replace("-", " ") != page.title.lower():
+                page.title += f": {of}"
             (into / "report.html").write_text(html(page), encoding="utf-8")
             with default_style():
                 for picture in page.pictures if form else ():
@@ -211,10 +211,7 @@ def identify(name: str, case: "Case", trace: Path, output: Path | None, force: b
     signal = signal_of(task, trace)
     folder = output or Path(f"{Path(name).stem}-found")
 
-    def work() -> "Answer":
-        return answer_of(task, fit(task, signal, trace))
-
-    return write_results(name, case, folder, force, work, form=form)
+    return write_results(name, case, folder, force, lambda: answer_of(task, fit(task, signal, trace)), form=form)
 
 
 @cli.command("map", short_help="Identify, or read AR and TOF, at the points of a grid.")
@@ -293,13 +290,8 @@ def info() -> None:
 
     from structures.kernels.compiling import FOLDER
 
-    facts = {
-        **versions(),
-        "processes": cpu_count(),
-        "threads": f"{get_num_threads()} (numba)",
-        "installed in": Path(__file__).resolve().parent.parent,
-        "kernel cache": FOLDER,
-    }
+    facts: dict[str, Any] = versions() | {"processes": cpu_count(), "threads": f"{get_num_threads()} (numba)"}
+    facts |= {"installed in": Path(__file__).resolve().parent.parent, "kernel cache": FOLDER}
     for name, value in facts.items():
         click.echo(f"{name:14s} {value}")
 
@@ -311,27 +303,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is not signal.SIG_IGN:
             signal.signal(getattr(signal, name), signal.default_int_handler)
     set_up()
+    code, prefix = WRONG_INPUT, "hertzlink: "
     try:
         sys.exit(cli.main(arguments, prog_name="hertzlink", standalone_mode=False))
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         sys.exit(WRONG_INPUT)
     except click.ClickException as error:
-        words, code = error.format_message(), WRONG_INPUT
+        words = error.format_message()
     except OSError as error:
         # A full disk names the file of results; without a name it is what is printed.
         place = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
-        words, code = f"{place}: {error.strerror or error}".removeprefix(": "), WRONG_INPUT
+        words = f"{place}: {error.strerror or error}".removeprefix(": ")
     except ValueError as error:
         from hertzlink.cases import CaseError
 
         # The message of a case begins with its file and line, where editors look for them.
-        complain(str(error), "" if isinstance(error, CaseError) else "hertzlink: ")
-        sys.exit(WRONG_INPUT)
+        words, prefix = str(error), "" if isinstance(error, CaseError) else prefix
     except (FloatingPointError, NotConverged) as error:
         words, code = str(error), FAILED
     except (click.Abort, KeyboardInterrupt) as error:
         # click wraps an interrupt, which may say what was kept.
         words, code = str(error.__cause__ or error) or "stopped; nothing was written", STOPPED
-    complain(words)
+    complain(words, prefix)
     sys.exit(code)

@@ -1,6 +1,5 @@
 """The commands that are rarely used: signals, the explorer, and coupling by preCICE."""
 
-import os
 import threading
 import webbrowser
 from pathlib import Path
@@ -87,10 +86,7 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            try:
-                explorer.close()
-            except KeyboardInterrupt:  # a user who does not want to wait for the running answer
-                os._exit(130)
+            explorer.close()
             say("ended")
 
 
@@ -129,8 +125,8 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
     if participant is None:
         text = precice_configuration(side.chain, side.surface, case.until, side.flexibility)
         files = {CONFIGURATION: text.encode(), "case.toml": case.to_toml().encode()}
-        lines = [f"In two terminals, in the folder {folder}:"]
-        lines += [f"    hertzlink precice case.toml --participant {end}" for end in ("Structure", "Chain")]
+        start = "    hertzlink precice case.toml --participant"
+        lines = [f"In two terminals, in the folder {folder}:", f"{start} Structure", f"{start} Chain"]
     else:
         file, beside = Path(name).with_name(CONFIGURATION), Path(f"{Path(name).stem}-precice")
         if not file.is_file():

@@ -150,26 +150,6 @@ def test_the_command_takes_one_thread_of_linear_algebra(given: str | None, found
     assert done.stdout.split() == [found]
 
 
-INTERRUPTED = """
-import sys
-from hertzlink import __main__
-
-class Loading:
-    def find_spec(self, name, path=None, target=None):
-        if name == "click":
-            raise KeyboardInterrupt
-
-sys.meta_path.insert(0, Loading())
-__main__.main()
-"""
-
-
-def test_an_interrupt_while_modules_load_is_one_line(tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 130
-    assert done.stderr == "hertzlink: stopped; nothing was written\n"
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 def test_a_full_disk_under_what_is_printed_is_said_in_words() -> None:
     with open("/dev/full", "w") as full:
