@@ -1,7 +1,6 @@
 """The command line: whole folders or none, one line and exit code 2 for bad input."""
 
 import errno
-import json
 import os
 import re
 import signal
@@ -10,20 +9,17 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-import xarray as xr
 from click.shell_completion import ShellComplete
 
 from coupling.sweeps.points import Stopped
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
-from hertzlink.output import check_output, write_folder
+from hertzlink.output import check_output, complain, deliver, write_folder
 from hertzlink.studies import thesis
-from hertzlink.studies.command import QUICK
-from hertzlink.studies.compare import Number
 from structures.kernels.compiling import users_folder
 
 
@@ -146,54 +142,6 @@ def test_a_picture_of_a_signal_replaces_only_one_of_hertzlinks(
     assert done.returncode == 2
     assert done.stderr == "hertzlink: tap-signal.png: No space left on device; nothing was changed\n"
     assert (tmp_path / "tap-signal.png").read_bytes() == picture
-
-
-class Small:
-    """A study that takes no time."""
-
-    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-        return xr.Dataset({"ratio": 0.5})
-
-    def numbers(self, data: xr.Dataset) -> list[Number]:
-        return [Number("AR", data.ratio.item())]
-
-    def figures(self, data: xr.Dataset) -> dict[str, Any]:
-        return {}
-
-
-@pytest.mark.thorough
-def test_quick_study_writes_everything(tmp_path: Path, hertzlink: Command) -> None:
-    done = hertzlink("study", "rod-stiffness", "--quick", "--jobs", "1", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    folder = tmp_path / "rod-stiffness"
-    assert {path.name for path in folder.iterdir()} == {
-        "rod-stiffness.nc", "table.txt", "files.txt", "report.html", "stiffness.png", "displacements.png",
-    }  # fmt: skip
-    assert "AR, steel" in done.stdout
-    assert done.stdout.splitlines()[0] == QUICK
-    for image in folder.glob("*.png"):
-        assert QUICK.encode() in image.read_bytes()
-    assert (folder / "table.txt").read_text().strip() in done.stdout
-    with xr.open_dataset(folder / "rod-stiffness.nc") as data:
-        assert json.loads(data.attrs["input"])["study"] == "rod-stiffness"
-        assert data.amplitude_ratio.sizes["youngs_modulus"] == 11
-        assert data.attrs["quick"] == 1
-        assert data.attrs["comment"] == QUICK
-    assert [path.name for path in tmp_path.iterdir()] == ["rod-stiffness"]
-
-
-def test_an_earlier_study_is_replaced_only_by_force(
-    tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("hertzlink.studies.command.study", lambda name: Small())
-    assert hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path).returncode == 0
-    again = hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path)
-    assert again.returncode == 2
-    assert "exists already" in again.stderr
-    forced = hertzlink("study", "rod-stiffness", "--force", cwd=tmp_path)
-    assert forced.returncode == 0, forced.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["rod-stiffness"]
-    assert QUICK not in (tmp_path / "rod-stiffness" / "table.txt").read_text()
 
 
 @pytest.mark.parametrize(
@@ -339,6 +287,16 @@ def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) ->
 
 def old_table(into: Path) -> None:
     (into / "table.txt").write_text("old")
+
+
+def test_a_message_is_one_line_and_a_path_is_whole(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """So both can be copied and searched."""
+    long = "record: ends too early " + "and this is why, " * 8 + "so record longer"
+    complain(long.replace(", ", ",\n"))
+    assert capsys.readouterr().err == f"hertzlink: {long}\n"
+    folder = tmp_path / ("taps of the second-day " * 3).strip()
+    deliver(folder, lambda into: (into / "results.nc").touch(), False, "done")
+    assert capsys.readouterr().out == f"done\n\nwritten to {folder.resolve()}:\nfiles.txt, results.nc\n"
 
 
 def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:

@@ -69,6 +69,15 @@ def test_a_study_writes_a_report(command: Command) -> None:
     assert any("half-space" in one for one in page.images)  # the sketch of the first run
     assert "time taken" in page.text["dt"]
     assert names("rod-stiffness") == {"files.txt", "rod-stiffness.nc", "report.html", "stiffness.png", "table.txt"}
+    with xr.open_dataset("rod-stiffness/rod-stiffness.nc") as data:
+        assert json.loads(data.attrs["input"])["study"] == "rod-stiffness"
+        assert (data.attrs["quick"], data.attrs["comment"]) == (1, QUICK)
+    # An earlier study is replaced only by force.
+    assert Path("rod-stiffness/table.txt").read_text().startswith(QUICK)
+    assert "exists already" in command("study", "rod-stiffness")[1]
+    assert command("study", "rod-stiffness", "--force") == (0, "")
+    assert QUICK not in Path("rod-stiffness/table.txt").read_text()
+    assert names(".") == {"rod-stiffness"}
 
 
 MARKS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
