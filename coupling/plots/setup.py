@@ -115,14 +115,13 @@ def described_input(run: Any, name: str = "run") -> dict[str, Any]:
     if isinstance(run, CoSimulation):
         # By JSON, so that what is drawn is the same before and after a run.
         return dict(json.loads(json.dumps(run.describe(), default=repr)))
-    if not isinstance(run, xr.Dataset):
-        raise ValueError(f"{name} = {short(run)}: must be a CoSimulation, or the Dataset of its run")
-    inputs = stored(run.attrs.get("input", ""))
+    inputs = stored(run.attrs.get("input", "")) if isinstance(run, xr.Dataset) else {}
     for known in (inputs, stored(inputs.get("first_run", ""))):
         chains = known.get("chains", [known.get("chain")])
         if chains and all(isinstance(chain, Mapping) and chain.get("beads") for chain in chains):
             return known
-    raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
+    what = "" if isinstance(run, xr.Dataset) else f" = {short(run)}"
+    raise ValueError(f"{name}{what}: must be a CoSimulation, or the Dataset of a run, which holds its input")
 
 
 def note(ax: Axes, words: str) -> None:

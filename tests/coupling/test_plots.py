@@ -351,7 +351,7 @@ BAD: list[tuple[str, Callable[[], Any], str]] = [
     ("measure", lambda: hl.plots.swept(sweep(2e-5), 7, "ar"), "measure = 'ar'"),
     ("over", lambda: hl.plots.swept(sweep(2e-5), 7, over="length"), "over = 'length'"),
     ("wave", lambda: hl.plots.swept(sweep(2e-5), 7, wave="fourth"), "wave = 'fourth'"),
-    ("set-up of a signal", lambda: hl.plots.setup(signal()), "does not hold"),
+    ("set-up of a signal", lambda: hl.plots.setup(signal()), "run: must be a CoSimulation, or the Dataset"),
     ("set-up of a chain", lambda: hl.plots.setup(BEAD), "must be a CoSimulation"),
     ("fit of a run", lambda: hl.plots.identified(run()), "must be what identify returned"),
     ("fit elsewhere", lambda: hl.plots.identified(found(), sensor=5), "sensor = 5"),
