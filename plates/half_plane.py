@@ -71,7 +71,7 @@ def infinite_plate(thickness: WallThickness | None, material: Material | Laminat
     section = section_of(thickness, material)
     impedance = 8.0 * (point_rigidity(section) * section.mass) ** 0.5
     none = sparse.csr_array((1, 1))
-    origin = {"thickness": section.thickness, "impedance": impedance}
+    origin = {"thickness": section.thickness, "impedance": impedance, "section": section.data}
     damping = sparse.csr_array([[impedance]])
     return Structure(none, none, damping, np.ones(1), 0.0, Surface(section.struck), origin)
 
@@ -127,7 +127,10 @@ def half_plane(
     circular = 2.0 * pi * fineness().cells ** 2 * highest
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
-    above, origin = plate.compliance_above(QUASI_STATIC * circular), {"highest_frequency": highest}
+    above, origin = (
+        plate.compliance_above(QUASI_STATIC * circular),
+        {"highest_frequency": highest, "section": section.data},
+    )
     made = oscillators(frequency**2, None, np.sqrt(weight), above, Surface(material), origin, until)
     return made.made_by(partial(half_plane, thickness, material, edge, distance, until, highest_frequency))
 

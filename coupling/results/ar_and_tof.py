@@ -80,6 +80,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
         return Reflections(*(NoWave(name, f"none {words} within the record, {ends}") for name in Reflections._fields))
 
     (amplitude, arrival), *later = seen.peaks[0, :count].tolist()
+    _warn_above_one(max((force / amplitude for force, _ in later), default=0.0), sensor)
     margins = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}")).get(str(sensor), {}).get("margins", {})
     back = list[ReflectedWave | NoWave]()
     for (force, time), prefix in zip(later, ("", "secondary_"), strict=False):
@@ -245,9 +246,20 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     if late := [(until, reason) for until, reason in reasons if until > reading.time[-1]]:
         several = f", in {len(late)} of {len(values)} runs" if len(values) > 1 else ""
         caution(f"record: {max(late)[1]}{several}")
+    if is_ratio:
+        _warn_above_one(float(np.nanmax(values, initial=0.0)), sensor)
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     named: xr.DataArray = result.rename(what)
     return named
+
+
+def _warn_above_one(ratio: float, sensor: int) -> None:
+    """Warn of a reflected wave that is higher than the incident one, as at the light beads of a dimer."""
+    if ratio > 1.0:
+        caution(
+            f"AR at bead {sensor}: {ratio:.4g} exceeds 1; other waves add to the reflected one, or the incident one is "
+            "not whole at this bead; compare other sensors"
+        )
 
 
 def _warn_of_doubts(reading: Reading, seen: _Seen, sensor: int, wanted: int) -> None:

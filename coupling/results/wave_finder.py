@@ -159,8 +159,8 @@ class Flow:
         halfway = there + self.hops * width // 2
         if len(waves) > 1 and self.hops > WAVE_LENGTH and towards[self.first : halfway].min() > TAIL * greatest:
             notes[1] = (
-                "is met by a push that goes on, of the drive or of a heavy striker: forces add up, and AR is no ratio "
-                "of two waves; push for a shorter time or take a bead farther from the structure"
+                "is met by a push that goes on, of a drive, a heavy striker or a strong loss: forces add up, and AR is "
+                "no ratio of two waves; push for a shorter time or take a bead farther from the structure"
             )
         return found._replace(samples=waves, notes=notes, leaves=self.leaves, cut=cut)
 

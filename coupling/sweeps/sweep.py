@@ -16,11 +16,12 @@ from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Outcome, Stopped, Task, run_points, shown
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store
-from structures.caution import caution
 from structures.checks import count_of, function, instance, listed, positive, short, whole
 from structures.structure import Vector
 
 log = logging.getLogger("hertzlink.sweep")
+
+AGAIN = "the store holds why, and retry=True runs them again"
 
 
 def sweep(
@@ -122,7 +123,7 @@ def outcomes_kept(
     retry: bool = False,
     label: str = "sweep",
 ) -> list[Outcome]:
-    """Return the outcomes of points, of which only those that the store lacks are run; warn if some failed."""
+    """Return the outcomes of points, of which only those that the store lacks are run."""
     outcomes = [store.load(point) for point in points]
     missing = [i for i, outcome in enumerate(outcomes) if outcome is None or (retry and isinstance(outcome, Failure))]
     if len(missing) < len(points):
@@ -134,14 +135,7 @@ def outcomes_kept(
         raise Stopped(f"{held} of {len(points)} points kept in {store.folder}; run again to continue") from None
     for i, outcome in zip(missing, new, strict=True):
         outcomes[i] = outcome
-    found = [outcome for outcome in outcomes if outcome is not None]
-    failures = [outcome for outcome in found if isinstance(outcome, Failure)]
-    said = f"as recorded in {store.folder}; retry=True runs them again"
-    if len(failures) == len(points):
-        raise RuntimeError(f"all {count_of(len(failures), 'point')} failed, {said}; the first with {failures[0]}")
-    if failures:
-        caution(f"sweep: {len(failures)} of {len(points)} points failed, see the variable error, {said}")
-    return found
+    return [outcome for outcome in outcomes if outcome is not None]
 
 
 def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
@@ -183,6 +177,9 @@ def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> CoSimula
 
 def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
     """Return one Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
+    failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
+    if len(failures) == len(outcomes):
+        raise RuntimeError(f"all {count_of(len(failures), 'point')} failed; {AGAIN}; the first with {failures[0]}")
     places, runs = zip(*((i, run) for i, run in enumerate(outcomes) if isinstance(run, xr.Dataset)), strict=True)
     aligned: Sequence[xr.Dataset] = runs
     if "time" in runs[0].sizes:
@@ -219,8 +216,14 @@ def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: 
     if len(runs) < len(outcomes):
         errors = np.array([str(outcome) if isinstance(outcome, Failure) else "" for outcome in outcomes]).reshape(shape)
         variables[ERROR_VARIABLE] = tuple(values), errors, {"long_name": "why the point failed, empty where it did not"}
-    findings = {shown(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
-    return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), gathered(findings, len(outcomes)))
+    by_point = {shown(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
+    findings = gathered(by_point, len(outcomes))
+    if failures:
+        findings = [
+            f"sweep: {len(failures)} of {len(outcomes)} points failed, see the variable error; {AGAIN}",
+            *findings,
+        ]
+    return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), findings)
 
 
 def axis_labels(axis: list[Any]) -> list[Any]:

@@ -254,6 +254,40 @@ def test_a_plate_that_moves_by_more_than_half_its_thickness() -> None:
     assert not found(runs[1], "deflection")
 
 
+STEEL, PTFE = hl.STEEL_440C, hl.PTFE
+
+
+@pytest.mark.parametrize(
+    ("made", "kind", "words"),
+    [
+        (lambda: hl.rod([hl.Layer(PTFE, 1e-4, 9.5e-3), hl.Layer(STEEL, 0.05, 9.5e-3)]), "contact", "100 µm thick"),
+        (lambda: hl.rod([hl.Layer(PTFE, 0.02, 5e-4)]), "contact", "500 µm in radius"),
+        (lambda: hl.rod([hl.Layer(STEEL, 2e-3, 9.5e-3), hl.Layer(PTFE, 0.025, 9.5e-3)]), "layer", "layered_cylinder"),
+        (lambda: hl.half_plane(0.03, PTFE, "clamped", 0.03, until=1e-3), "shear", "mindlin_plate"),
+        (lambda: hl.infinite_plate(0.03, PTFE), "shear", "mindlin_plate"),
+    ],
+)
+def test_a_structure_beyond_its_theory(made: Any, kind: str, words: str) -> None:
+    with pytest.warns(hl.HertzlinkWarning, match=f"^{kind}: "):
+        run = hl.CoSimulation(CHAIN, made()).run(1e-3)
+    (finding,) = found(run, kind)
+    assert words in finding
+
+
+def test_a_rod_of_the_thesis_is_within_its_theory() -> None:
+    layers = [hl.Layer(STEEL, 6.35e-3, 9.5e-3), hl.Layer(PTFE, 0.0254, 9.5e-3)]
+    run = hl.CoSimulation(CHAIN, hl.rod(layers)).run(1.5e-3)
+    assert not found(run, "layer") + found(run, "contact")
+
+
+def test_a_reflected_wave_above_the_incident_one() -> None:
+    heavy = hl.Sphere(10e-3, HARD)
+    run = hl.CoSimulation(hl.Chain([hl.Sphere(1e-3, HARD)] + [heavy] * 15, heavy, 0.05), WALL).run(2e-3)
+    for measure in (hl.amplitude_ratio, hl.reflections):
+        with pytest.warns(hl.HertzlinkWarning, match=r"AR at bead 8: 1\.0\d+ exceeds 1"):
+            measure(run, 8)
+
+
 @pytest.mark.thorough
 def test_a_push_that_is_too_short_for_the_reduction() -> None:
     """Beads of 2 mm on a thin plate: made for 25 µs the secondary wave is 2 % off, made for their push it is right."""

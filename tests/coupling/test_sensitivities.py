@@ -251,7 +251,7 @@ def nothing_behind(impact_speed=SPEED):
     ("make", "until", "reason"),
     [
         (build, 2e-4, "there is no primary wave: the record ends at 200 µs, .* until = .* would hold it"),
-        (nothing_behind, 7e-4, "there is no primary wave: nothing pushes a structure by the end of the record, 700 µs"),
+        (nothing_behind, 7e-4, "there is no primary wave: no push on a structure ends within the record, 700 µs"),
         (build, 1e-5, "there is no incident wave: none runs over bead 6"),
     ],
 )
