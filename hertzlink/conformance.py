@@ -1,8 +1,7 @@
 """Checks of a participant of your own. Each raises an AssertionError that says what fails; `check_structure` runs all.
 
-A participant is a structure (start, advance(state, mean force, window) → (state, displacement)) or a MovingChain
-(advance(state, surface at start and end, window) → (state, mean force)). Only answers are compared, never states,
-whose form is the participant's own. All checks take the window, s.
+A participant is a structure with start and advance(state, mean force, window) → (state, displacement). Only answers are
+compared, never states, whose form is the participant's own. All checks take the window, s.
 """
 
 import pickle
@@ -16,12 +15,11 @@ from numpy.typing import NDArray
 
 from coupling.interface import takes_part
 from coupling.participant import LEAST_RESISTANCE, CheckedParticipant
-from particles.moving import MovingChain
 
-Answers = NDArray[np.float64]  # Or drives: windows × contact points.
+Answers = NDArray[np.float64]  # Or forces: windows × contact points.
 
-# s, N, m: a thirtieth of a contact of 9.5 mm beads, and what a drop of 10 mm brings.
-WINDOW, FORCE, MOTION, WINDOWS = 1e-6, 10.0, 2e-6, 48
+# s, N: a thirtieth of a contact of 9.5 mm beads, and what a drop of 10 mm brings.
+WINDOW, FORCE, WINDOWS = 1e-6, 10.0, 48
 STRONG = 30.0  # Times these forces are those of heavy beads. A structure must bear them, too.
 SHORT = 1e-7  # Window whose halves are compared with it, s.
 HELD = 4e-4  # Time for which a force is held that shows the compliance, s.
@@ -31,103 +29,71 @@ MARGIN = 3.0  # Factor to which the user need know a mass or a stiffness; a wron
 WITHDRAWAL = 0.2
 
 
-class DrivenStructure(CheckedParticipant):
+class Driven(CheckedParticipant):
     """A structure with its answers checked as in a run, whose errors are those of these checks."""
 
-    size, late = FORCE, 0.5  # Of a drive; the part of a window at which a pulse is read.
+    def __init__(self, participant: Any) -> None:
+        with as_assertions():
+            takes_part("structure", participant)
+            super().__init__(participant)
 
     def move(self, state: Any, forces: Answers, window: float) -> tuple[Any, Answers]:
         with as_assertions():
             return super().move(state, forces, window)
 
+    def random(self, seed: int) -> Answers:
+        """Return random forces."""
+        return FORCE * np.random.default_rng(seed).normal(size=(WINDOWS, self.contacts))
 
-class DrivenChain:
-    """A chain that is driven by the place of the surface at the end of each window, m, and answers with its force."""
-
-    size, late = MOTION, 1.0
-
-    def __init__(self, chain: MovingChain) -> None:
-        self.chain, self.contacts = chain, 1 if chain.behind is None else 2
-
-    def start(self) -> Any:
-        return self.chain.start(), np.zeros(self.contacts)
-
-    def move(self, state: Any, places: Answers, window: float) -> tuple[Any, Answers]:
-        chain, before = state
-        surface = (before, places) if self.contacts == 2 else (float(before[0]), float(places[0]))
-        chain, force = self.chain.advance(chain, surface, window)
-        return (chain, places), np.atleast_1d(force)
-
-
-Driven = DrivenStructure | DrivenChain
-
-
-def driven(participant: Any) -> Driven:
-    if isinstance(participant, MovingChain):
-        return DrivenChain(participant)
-    with as_assertions():
-        takes_part("structure", participant)
-        return DrivenStructure(participant)
-
-
-def random(one: Driven, seed: int) -> Answers:
-    return one.size * np.random.default_rng(seed).normal(size=(WINDOWS, one.contacts))
-
-
-def run(
-    one: Driven, drives: Iterable[Answers], window: float, parts: int = 1, copy: Callable[[Any], Any] = deepcopy
-) -> Answers:
-    """Return the answers from the start. Each window is cut into parts under the same drive, and begins with a copy."""
-    state, before, answers = one.start(), np.zeros(one.contacts), []
-    for drive in drives:
-        of_window = []
-        for part in range(1, parts + 1):
-            within = isinstance(one, DrivenChain) and part < parts
-            piece = before + part / parts * (drive - before) if within else drive
-            state, answer = one.move(copy(state), piece, window / parts)
-            of_window.append(answer)
-        answers.append(np.mean(of_window, axis=0) if isinstance(one, DrivenChain) else answer)
-        before = drive
-    return np.array(answers)
+    def run(
+        self, forces: Iterable[Answers], window: float, parts: int = 1, copy: Callable[[Any], Any] = deepcopy
+    ) -> Answers:
+        """Return the answers from the start. Each window is cut into parts, which begin with a copy of the state."""
+        state, answers = self.start(), []
+        for force in forces:
+            for _ in range(parts):
+                state, answer = self.move(copy(state), force, window / parts)
+            answers.append(answer)
+        return np.array(answers)
 
 
 def check_repeatable(participant: Any, window: float = WINDOW) -> None:
     """Check that a window from one state, twice, gives one answer, then and later: the old state is left as it was."""
-    one = driven(participant)
+    one = Driven(participant)
     state = one.start()
-    for drive in random(one, 1):
-        first, answer = one.move(state, drive, window)
-        second, again = one.move(state, drive, window)
+    for force in one.random(1):
+        first, answer = one.move(state, force, window)
+        second, again = one.move(state, force, window)
         require(same(answer, again), f"advance gave {answer!r}, and from the same state {again!r}")
-        ahead = [one.move(deepcopy(end), drive, window)[1] for end in (first, second)]
+        ahead = [one.move(deepcopy(end), force, window)[1] for end in (first, second)]
         require(same(*ahead), f"after a repeated window advance gave {ahead[1]!r} instead of {ahead[0]!r}")
         state = first
 
 
 def check_independent(participant: Any, window: float = WINDOW) -> None:
     """Check that two histories through one instance, window by window in turn, are what each is alone."""
-    one = driven(participant)
-    histories = [random(one, seed) for seed in (2, 3)]
-    alone = [run(one, history, window) for history in histories]
+    one = Driven(participant)
+    histories = [one.random(seed) for seed in (2, 3)]
+    alone = [one.run(history, window) for history in histories]
     states, turns = [one.start(), one.start()], np.empty_like(alone)
-    for i, drives in enumerate(zip(*histories, strict=True)):
-        for n, drive in enumerate(drives):
-            states[n], turns[n][i] = one.move(deepcopy(states[n]), drive, window)
+    for i, forces in enumerate(zip(*histories, strict=True)):
+        for n, force in enumerate(forces):
+            states[n], turns[n][i] = one.move(deepcopy(states[n]), force, window)
     require(same(alone, turns), "a history changes where another is advanced in between: advance keeps a state")
 
 
 def check_deterministic(make: Callable[[], Any], window: float = WINDOW) -> None:
     """Check that a new instance, which `make` returns, gives the same bits."""
-    first, second = (run(one, random(one, 4), window) for one in (driven(make()), driven(make())))
+    first, second = (one.run(one.random(4), window) for one in (Driven(make()), Driven(make())))
     require(same(first, second), "two instances give different answers to the same forces")
 
 
 def check_pickles(participant: Any, window: float = WINDOW) -> None:
     """Check that a state which was written and read goes on to the same bits."""
-    one = driven(participant)
-    drives = random(one, 5)[:8]
-    written = run(one, drives, window, copy=lambda state: pickle.loads(pickle.dumps(state)))
-    require(same(run(one, drives, window), written), "a pickled state goes on otherwise")
+    one = Driven(participant)
+    forces = one.random(5)[:8]
+    written = one.run(forces, window, copy=lambda state: pickle.loads(pickle.dumps(state)))
+    require(same(one.run(forces, window), written), "a pickled state goes on otherwise")
 
 
 def check_splits(participant: Any, window: float = SHORT, rounding: float = 1e-9) -> None:
@@ -136,10 +102,10 @@ def check_splits(participant: Any, window: float = SHORT, rounding: float = 1e-9
     Take windows in which the fastest motion hardly turns: a mesh shows its order there only. More than an order of 1.5
     is asked for, and none where the difference is below `rounding` of the answers (root mean square).
     """
-    one = driven(participant)
-    push = one.size * np.sin(np.pi * (np.arange(WINDOWS) + one.late) / WINDOWS) ** 2
-    drives = np.outer(push, np.ones(one.contacts))
-    undivided, halves, quarters = (run(one, drives, window, parts) for parts in (1, 2, 4))
+    one = Driven(participant)
+    push = FORCE * np.sin(np.pi * (np.arange(WINDOWS) + 0.5) / WINDOWS) ** 2
+    forces = np.outer(push, np.ones(one.contacts))
+    undivided, halves, quarters = (one.run(forces, window, parts) for parts in (1, 2, 4))
     coarse, fine, least = (mean_square(x) for x in (undivided - halves, halves - quarters, rounding * quarters))
     words = f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order 2"
     require(not (fine > least and fine > coarse / 2.0**1.5), words)
@@ -147,16 +113,16 @@ def check_splits(participant: Any, window: float = SHORT, rounding: float = 1e-9
 
 def check_finite(participant: Any, window: float = WINDOW) -> None:
     """Check that every answer is a finite number, also under strong forces."""
-    one = driven(participant)
-    for factor in (1.0,) if isinstance(one, DrivenChain) else (1.0, STRONG):
-        finite = np.isfinite(run(one, factor * random(one, 7), window)).all(axis=1)
+    one = Driven(participant)
+    for factor in (1.0, STRONG):
+        finite = np.isfinite(one.run(factor * one.random(7), window)).all(axis=1)
         require(bool(finite.all()), f"not finite in window {int(np.argmin(finite))}")
 
 
 def check_starts_at_rest(participant: Any, window: float = WINDOW) -> None:
     """Check that without force the contact points of a structure stay where they are, within 1e-12 m."""
-    one = driven(participant)
-    greatest = abs(run(one, np.zeros((WINDOWS, one.contacts)), window)).max()
+    one = Driven(participant)
+    greatest = abs(one.run(np.zeros((WINDOWS, one.contacts)), window)).max()
     require(not greatest > 1e-12, f"moves to {greatest:.3g} m without a force")
 
 
@@ -166,9 +132,9 @@ def check_passive(participant: Any, window: float = WINDOW) -> None:
     Random forces feed it; then forces against its motion draw out what they can. The first window goes without force,
     so that a displacement at rest counts for nothing.
     """
-    one = driven(participant)
+    one = Driven(participant)
     state, place = one.move(one.start(), np.zeros(one.contacts), window)
-    forces, moves = [*random(one, 8)], list[Answers]()
+    forces, moves = [*one.random(8)], list[Answers]()
     for n in range(8 * WINDOWS):
         if n >= WINDOWS:
             share = mean_square(np.array(forces[:WINDOWS])) / (mean_square(np.array(moves[:WINDOWS])) or 1.0)
@@ -191,11 +157,11 @@ def check_units(
     contact point; stiffness (N/m) is the static one there. Each need only be right to a factor of MARGIN. Without them,
     only what moves more easily than a foil is wrong.
     """
-    one = driven(participant)
+    one = Driven(participant)
     free, pushed = np.zeros(one.contacts), np.full(one.contacts, FORCE)
     begin, end = (float(one.move(one.start(), force, SHORT)[1][0]) for force in (free, pushed))
     inertia = FORCE * SHORT**2 / (2.0 * (end - begin)) if end != begin else np.inf
-    compliance = float(np.mean(run(one, [pushed] * max(1, round(HELD / window)), window)[:, 0] - begin)) / FORCE
+    compliance = float(np.mean(one.run([pushed] * max(1, round(HELD / window)), window)[:, 0] - begin)) / FORCE
 
     moves, why = f"moves in the first {SHORT:g} s like {inertia:.3g} kg", "check the units: N, m, s, and a displacement"
     require(not 0.0 <= inertia / SHORT < LEAST_RESISTANCE, f"{moves}, more easily than a foil; {why}")

@@ -263,15 +263,3 @@ def test_a_participant_without_a_surface_is_told_as_in_a_run() -> None:
         checks.check_structure(Bare)
     with pytest.raises(ValueError, match=message):
         run_of(Bare())
-
-
-def test_a_chain_that_changes_its_old_state_is_caught() -> None:
-    class Broken(hl.stepping.MovingChain):
-        def advance(self, state: Any, surface_motion: Any, window: float) -> Any:
-            moved, force = super().advance(state, surface_motion, window)
-            state.velocity[:] = moved.velocity
-            return moved, force
-
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    with pytest.raises(AssertionError):
-        checks.check_repeatable(Broken(hl.Chain([bead], bead, 0.31), FLAT))
