@@ -88,7 +88,7 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
         deepest = part.deepest.copy()
         deepest[-1] -= chain.flexibility * part.force[:, -1].max()
         motions.append(Motion(part.force.T, deepest))
-        remarks, deep = cautions(chain.pairs, chain.groups, deepest)
+        remarks, deep = cautions(chain.groups, deepest)
         laws += remarks
         found += deep
     found += _of_energy(interface, frames)
@@ -104,7 +104,7 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
 def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
     """Return the findings on a chain that another program ran: contact forces, N, and work on the surface, J."""
     motion = Motion(contact_force.T, chain.approach(contact_force.max(axis=0)))
-    laws, deep = cautions(chain.pairs, chain.groups, motion.deepest)
+    laws, deep = cautions(chain.groups, motion.deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep]
     if (back := -float(work.min())) > LARGE * chain.energy:
         findings.append(

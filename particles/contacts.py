@@ -1,7 +1,6 @@
 """The contacts of chains, and all chains of a run as the compiled loops take them: one after the other, in arrays."""
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -13,8 +12,7 @@ from particles.kernels.drives import FREE, MOVED, Driven, Free
 from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
 from particles.kernels.losses import NoLoss
 from particles.kernels.motion import ENDS, PACE, Chains, DampedVerlet, Verlet
-from particles.kernels.vibrations import Rigid, Vibrating
-from particles.laws.axisymmetric import ComputedLaw, force_by_formula
+from particles.kernels.vibrations import Vibrations
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, filled
 from particles.laws.yielding import YieldingContact
 from structures.structure import Vector
@@ -73,7 +71,7 @@ def kernel_laws(laws: Laws) -> Any:
 def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
     """Return the contacts that yield as a piece of the compiled loops."""
     yields = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
-    different = list(dict.fromkeys(contact for contact in yields if contact is not None))
+    different = [*dict.fromkeys(filter(None, yields))]
     tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
     starts = np.cumsum([0, *map(len, tables)])
     first = [0 if contact is None else 2 * different.index(contact) for contact in yields]
@@ -100,7 +98,7 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
     return np.concatenate([limit, hard, dent])
 
 
-def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
+def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
     """Return the laws' own cautions, and those where the greatest approaches, m, are beyond what a law is good for."""
     remarks = {f"contact law: {law.caution}": None for law in groups if law.caution}
     beyond = []
@@ -111,16 +109,6 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
                 f"contact law: the approach of {readable(float(deepest[worst]), 'm')} at contact {worst + 1} is beyond "
                 f"{readable(law.largest, 'm')}, up to which its law ({law.name}) is trusted"
             )
-        if isinstance(law, ComputedLaw) and law.formula > 0.0:
-            approach, theirs = law.approaches[-1], [pairs[i] for i in contacts]
-            forces = once_per_pair(theirs, lambda pair, _, approach=approach: force_by_formula(pair, approach))  # type: ignore[misc]
-            ratios = np.array([law.formula if force is None else force for force in forces]) / law.formula
-            if (others := np.flatnonzero(abs(ratios - 1.0) > 0.01)).size:
-                beyond.append(
-                    f"contact law: that of contact {contacts[others[0]] + 1} ({law.name}) was computed for other "
-                    f"bodies; by formulas the force is {ratios[others[0]]:.3g} times theirs there; give the law of its "
-                    "bodies, or a function of two bodies"
-                )
         if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > 1e-4:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
@@ -152,22 +140,23 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
 
     # The pieces.
     losses = [(chain.chain.dissipation, chain.reduced_mass) for chain in chains]
-    vibrations = _vibrations(chains, [slice(*ends) for ends in pairwise(first.tolist())])
-    modes = 0 if vibrations is None else vibrations.struck.shape[1]
+    own = [chain.vibrations for chain in chains]
+    modes = max(one.struck.shape[1] for one in own)
+    # Modes that a body does not have rest.
+    *of_modes, cross = zip(*own, strict=True)
+    wide = ([np.pad(array, ((0, 0), (0, modes - array.shape[1]))) for array in arrays] for arrays in of_modes)
     on_bodies = any(loss is not None and loss.piece == "bodies" for loss, _ in losses)
     return Chains(
         DampedVerlet() if modes or on_bodies else Verlet(),
         _law(chains),
         kernel_losses(losses, present, free),
         _drive(chains),
-        Rigid() if vibrations is None else vibrations,
+        Vibrations(*map(np.concatenate, [*wide, cross])),
         1.0 / mass,
         np.where(free, along, 0.0),
         wall,
         spring,
         ends,
-        modes,
-        1 if vibrations is None else 3 if vibrations.arm.size else 2,
     )
 
 
@@ -206,23 +195,6 @@ def _drive(chains: Sequence["MovingChain"]) -> Any:
     )
 
 
-def _vibrations(chains: Sequence["MovingChain"], places: Sequence[slice]) -> Vibrating | None:
-    """Return the vibrations of all bodies; None where all are rigid. Modes that a body does not have rest."""
-    known = [(place, one) for place, chain in zip(places, chains, strict=True) if (one := chain.vibrating) is not None]
-    if not known:
-        return None
-    bodies, widest = places[-1].stop, max(one.struck.shape[1] for _, one in known)
-    cross, stacked = np.zeros(bodies), {}
-    for place, one in known:
-        cross[place] = one.cross
-    for name in ("stiffness", "struck", "far", "rate", "arm", "relaxation"):
-        given = [(place, getattr(one, name)) for place, one in known if getattr(one, name).size]
-        stacked[name] = np.zeros((bodies, widest if given else 0))
-        for place, array in given:
-            stacked[name][place, : array.shape[1]] = array
-    return Vibrating(cross=cross, **stacked)
-
-
 def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
     """Return the steps of each chain in a window, and how far the motion of its surface reaches, as records PACE.
 
@@ -244,22 +216,17 @@ def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
 def coordinates(chains: Sequence["MovingChain"], model: Chains) -> tuple[list[Any], int]:
     """Return where each chain's own coordinates, see ChainState, are among those of all, and the number of all.
 
-    Those of all are the bodies of all chains, then their modes, then their arms, then what contacts remember.
+    Those of all are the bodies of all chains, then their modes, then what contacts remember.
     """
-    bodies, modes, remembers = model.inverse_mass.size, model.modes, any(chain.yielding for chain in chains)
-    moving = bodies * (1 + modes * (model.parts - 1))
+    (bodies, modes), remembers = model.vibrations.struck.shape, any(chain.yielding for chain in chains)
+    moving = bodies * (1 + modes)
     total = moving + 3 * bodies * remembers
     if len(chains) == 1:
         return [slice(None)], total
     places: list[Any] = []
     for chain, begin in zip(chains, model.ends["striker"].tolist(), strict=True):
         own = np.arange(begin, begin + chain.mass.size)
-        place = [own]
-        if chain.yielding:
-            place += [moving + part * bodies + own for part in range(3)]
-        elif (vibrating := chain.vibrating) is not None:
-            of_body = own[:, None] * modes + np.arange(vibrating.struck.shape[1])
-            for part in range(1 if vibrating.arm.size == 0 else 2):
-                place.append((bodies * (1 + part * modes) + of_body).ravel())
-        places.append(np.concatenate(place))
+        of_modes = bodies + own[:, None] * modes + np.arange(chain.vibrations.struck.shape[1])
+        memory = [moving + part * bodies + own for part in range(3 if chain.yielding else 0)]
+        places.append(np.concatenate([own, of_modes.ravel(), *memory]))
     return places, total

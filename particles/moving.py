@@ -16,7 +16,7 @@ from particles.chain import Chain, reduced_masses
 from particles.contacts import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED
-from particles.kernels.vibrations import Vibrating
+from particles.kernels.vibrations import Vibrations
 from particles.laws.formulas import law_of_bodies
 from particles.laws.law import ContactLaw, check_contact_law, unchanging
 from particles.laws.yielding import YieldingContact, YieldingLaw
@@ -99,15 +99,12 @@ class MovingChain:
         if isinstance(law := self.chain.law, ContactLaw) and unchanging(law) is not law:
             object.__setattr__(self, "chain", replace(self.chain, law=unchanging(law)))
         if self.behind is not None and self.chain.excitation.drive.kind in (FREE, MOVED):
-            raise ValueError(
-                f"striker = {type(self.chain.striker).__name__}: must be None or a PushedBead for a chain with a "
-                "structure behind it, which has the striker's place"
-            )
+            raise ValueError(f"striker = {short(self.chain.striker)}: must be None or a PushedBead with one behind")
         _ = self.rest  # the equilibrium refuses what is wrong with loads, laws and bodies
         deepest = self._deepest_alone
         for name, contact in (("flexibility", -1), ("behind_flexibility", 0)):
             flexibility = getattr(self, name)
-            if flexibility < 0.0 and (excess := -flexibility * float(self._tangent(deepest)[contact])) >= 1.0:
+            if (excess := -flexibility * float(self._tangent(deepest)[contact])) >= 1.0:
                 raise ValueError(
                     f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than the "
                     f"patch; give the structure a patch_radius at least {ceil(100.0 * excess) / 100.0:g} times as large"
@@ -188,10 +185,7 @@ class MovingChain:
             return None
         yielding = contacts.once_per_pair(self.pairs, lambda pair, i: law.contact(*pair, self.laws[i]))
         if not any(yielding):
-            raise ValueError(
-                f"law = {law!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) "
-                "or the law's own yield_strength"
-            )
+            raise ValueError(f"law = {law!r}: no material of the chain has a yield strength; give yield_strength")
         return tuple(yielding)
 
     @fact
@@ -200,9 +194,10 @@ class MovingChain:
         return joined([self])
 
     @property
-    def vibrating(self) -> Vibrating | None:
-        """The vibrations of the bodies as a piece; None where they are rigid."""
-        return None
+    def vibrations(self) -> Vibrations:
+        """The vibrations of the bodies as the compiled loops take them; none, as they are rigid."""
+        none = np.zeros((self.mass.size, 0))
+        return Vibrations(none, none, none, none, np.zeros(self.mass.size))
 
     @fact
     def groups(self) -> contacts.Groups:

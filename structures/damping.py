@@ -1,13 +1,7 @@
-"""Damping of structures, and losses inside beads that vibrate. Damping that is added never supplies energy.
+"""Damping of structures, and losses inside beads that vibrate. Damping that is added never supplies energy."""
 
-The amplitude q of a mode of a bead obeys q″ + c q′ + ω² q + g ω² (q − z) = forces, with z′ = (q − z)/τ. The rate c is
-that of Rayleigh and modal damping; the spring g ω² in series with a dashpot is the Maxwell arm of a standard linear
-solid.
-"""
-
-from abc import ABC, abstractmethod
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 from scipy import sparse
@@ -22,17 +16,8 @@ from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share,
 from structures.structure import Structure, Vector, known_field
 
 
-class ModeLoss(NamedTuple):
-    """The loss of modes."""
-
-    square: Vector  # ω² of slow motions, 1/s²
-    rate: Vector  # c, 1/s
-    arm: Vector  # g ω², 1/s²
-    relaxation: Vector  # 1/τ of the arm, 1/s
-
-
-class Viscous(ABC):
-    """Damping of structures and inside deformable beads: the base of Modal, Rayleigh, StandardLinearSolid, and yours.
+class Viscous:
+    """Damping of structures, or inside deformable beads: the base of Modal, Rayleigh, StandardLinearSolid, and yours.
 
     Examples
     --------
@@ -40,9 +25,9 @@ class Viscous(ABC):
     True
     """
 
-    @abstractmethod
-    def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """Return what modes lose whose angular frequencies, rad/s, are these without a loss."""
+    def of_modes(self, frequencies: Vector) -> Vector:
+        """Return the rates c of the loss c q′ of modes inside beads, 1/s, from their angular frequencies, rad/s."""
+        raise ValueError(f"damping = {self!r}: acts on structures only")
 
     def of_structure(self, structure: Structure) -> Structure:
         """Return the structure with this damping."""
@@ -69,20 +54,16 @@ class Modal(Viscous):
 
     ratio: Annotated[float, Likely.RATIO]
 
-    def of_modes(self, frequencies: Vector) -> ModeLoss:
+    def of_modes(self, frequencies: Vector) -> Vector:
         """Return c = 2 ζ ω."""
         if self.ratio >= 1.0:
             raise ValueError(f"ratio = {self.ratio!r}: must be below 1 in beads; 1 is critical damping")
-        none = np.zeros_like(frequencies)
-        return ModeLoss(frequencies**2, 2.0 * self.ratio * frequencies, none, none)
+        return 2.0 * self.ratio * frequencies
 
     def of_structure(self, structure: Structure) -> Structure:
         """Return 2 ζ ω for each oscillator."""
         if not structure.is_modal:
-            raise ValueError(
-                f"structure: its {structure.size} degrees of freedom are not modes (M = I; K, C diagonal); "
-                "reduce it first"
-            )
+            raise ValueError(f"structure: its {structure.size} degrees of freedom are not modes; reduce it first")
         rates = 2.0 * self.ratio * np.sqrt(structure.stiffness.diagonal())
         return _damped(structure, sparse.diags_array(rates), self) if rates.any() else structure
 
@@ -117,18 +98,15 @@ class Rayleigh(Viscous):
     mass_rate: Rate = 0.0
     stiffness_time: Time = 0.0
 
-    def of_modes(self, frequencies: Vector) -> ModeLoss:
+    def of_modes(self, frequencies: Vector) -> Vector:
         """Return c = α + β ω²."""
-        none = np.zeros_like(frequencies)
-        return ModeLoss(frequencies**2, self.mass_rate + self.stiffness_time * frequencies**2, none, none)
+        return self.mass_rate + self.stiffness_time * frequencies**2
 
     def of_structure(self, structure: Structure) -> Structure:
         """Return α M + β K added to the damping."""
         alpha, beta = self.mass_rate, self.stiffness_time
         if beta > 0.0 and maxwell_arms(structure) is not None:
-            raise ValueError(
-                f"stiffness_time = {beta!r}: the structure has Maxwell arms; add Rayleigh before StandardLinearSolid"
-            )
+            raise ValueError(f"stiffness_time = {beta!r}: add Rayleigh before StandardLinearSolid")
         if structure.size == 0 or alpha == beta == 0.0:
             return structure
         return _damped(structure, alpha * structure.mass + beta * structure.stiffness, self)
@@ -138,9 +116,8 @@ class Rayleigh(Viscous):
 class StandardLinearSolid(Viscous):
     """A viscoelastic solid (Zener): a Maxwell arm, spring and dashpot in series, in parallel to its stiffness.
 
-    Its modulus E(ω) = E + E₁ iωτ / (1 + iωτ) relaxes from E + E₁ under sudden loads to E under slow ones. Inside a bead
-    it acts on the vibrations; the contacts keep the modulus of the bead's material. Reduce a large body of one material
-    first: each mode then takes the same arm, exactly.
+    Its modulus E(ω) = E + E₁ iωτ / (1 + iωτ) relaxes from E + E₁ under sudden loads to E under slow ones. Reduce a
+    large body of one material first: each mode then takes the same arm, exactly. It acts on structures, not in beads.
 
     Parameters
     ----------
@@ -165,12 +142,6 @@ class StandardLinearSolid(Viscous):
     def __post_init__(self) -> None:
         if self.modulus == "instantaneous" and self.share >= 1.0:
             raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")
-
-    def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """Return an arm of g ω²."""
-        arm = self.share * frequencies**2
-        slow = frequencies**2 - (arm if self.modulus == "instantaneous" else 0.0)
-        return ModeLoss(slow, np.zeros_like(arm), arm, np.full_like(arm, 1.0 / self.time))
 
     def of_structure(self, structure: Structure, part: int | None = None) -> Structure:
         """Return the structure with arms in parallel to its stiffness, or to the part of a layer in it."""

@@ -26,7 +26,7 @@ class Recorder(NamedTuple):
     """The frames that a run keeps: forces and velocities at all saved times, and the ledger at some of them."""
 
     contact: Vector  # the numbers of the contacts among those of all chains, counted from zero
-    body: Vector  # the numbers of the bodies; behind those of all bodies come those of modes and arms
+    body: Vector  # the numbers of the bodies; behind those of all bodies come those of modes
     force: Vector  # saved times × contacts, N
     velocity: Vector  # saved times × bodies, m/s
     deepest: Vector  # the greatest approach of each contact at a saved time so far, m

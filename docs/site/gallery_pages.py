@@ -36,7 +36,7 @@ axes.axis("off")""",
     "viscous_beads": """import matplotlib.pyplot as plt
 
 figure, axes = plt.subplots(figsize=(8.0, 4.5), layout="constrained")
-for (name, force), marker in zip(decay.items(), "osv^Dx", strict=True):
+for (name, force), marker in zip(decay.items(), "ov^Dx", strict=True):
     axes.plot(sensors, [100.0 * one / force[0] for one in force], marker=marker, label=name)
 axes.set(xlabel="bead", ylabel="peak force / peak force at bead 8 (%)", xticks=sensors, ylim=(40, 105))
 axes.legend(frameon=False, fontsize=8, loc="lower left")""",

@@ -160,7 +160,7 @@ def linear_solid(
     layer: Annotated[Number, Asks("the layer, or material, of a structure, counted from 0")] | None = None,
     **others: Any,
 ) -> StandardLinearSolid | InLayer:
-    """Zener's standard linear solid, in all of a structure or in one layer, or in beads."""
+    """Zener's standard linear solid, in all of a structure or in one layer."""
     loss = StandardLinearSolid(**others)
     return loss if layer is None else InLayer(loss, layer)
 

@@ -38,9 +38,7 @@ class BeadField:
     def __init__(self, bead: Any, modes: int, widest: float) -> None:
         body: Any = body_of(bead, 1.0, "bead")
         if widest > WIDEST_CONTACT * body.radius:
-            raise ValueError(
-                f"widest = {widest!r}: must be at most {WIDEST_CONTACT * body.radius:.3g} m, half the bead"
-            )
+            raise ValueError(f"widest = {widest!r}: must be at most {WIDEST_CONTACT * body.radius:.3g} m")
         # Even cells at the contact, beyond it growing up to those of the modes; no contact is a point.
         coarsest = mode_spacing(body, modes)
         finest = min(max(widest, 1e-4 * body.radius) / CELLS, coarsest)

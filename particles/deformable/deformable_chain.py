@@ -13,7 +13,7 @@ import numpy as np
 from particles.chain import Chain
 from particles.contacts import grouped
 from particles.deformable.vibration import Vibration, vibration
-from particles.kernels.vibrations import Vibrating
+from particles.kernels.vibrations import Vibrations
 from particles.laws.axisymmetric import computed_law
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, law_of_bodies
@@ -21,7 +21,7 @@ from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
 from structures.checks import short
-from structures.damping import Modal, Viscous
+from structures.damping import Viscous
 from structures.described import described
 from structures.quantities import Asks, Count
 from structures.structure import Vector
@@ -45,7 +45,7 @@ class DeformableChain(Chain):
     modes : int
         The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 (rigid) to 20.
     damping : Viscous or None
-        The loss inside the beads and the striker: `hl.damping.Modal`, `Rayleigh` or `StandardLinearSolid`.
+        The loss inside the beads and the striker: `hl.damping.Modal` or `Rayleigh`.
 
     Examples
     --------
@@ -61,8 +61,8 @@ class DeformableChain(Chain):
         if isinstance(self.law, YieldingLaw):
             raise ValueError(f"law = {self.law!r}: needs rigid beads; give a Chain, not a DeformableChain")
         if not isinstance(self.damping, Viscous | None):
-            raise ValueError(f"damping = {short(self.damping)}: must be hl.damping.Modal(ratio), Rayleigh or the like")
-        if isinstance(self.damping, Modal):
+            raise ValueError(f"damping = {short(self.damping)}: must be hl.damping.Modal(ratio) or Rayleigh")
+        if self.damping is not None:
             self.damping.of_modes(np.ones(1))  # it refuses what damps structures only
         if self.damping is not None and self.modes == 1:
             raise ValueError("damping: acts on vibrations, which modes = 1 leaves out; take more modes")
@@ -87,24 +87,16 @@ class MovingDeformableChain(MovingChain):
         return tuple(None if body is None else vibration(body, self.chain.modes - 1) for body in bodies)
 
     @cached_property
-    def vibrations(self) -> Vibrating:
-        """The vibrations of the bodies as a piece of the compiled loops."""
-        damping, bodies, elastic = self.chain.damping, len(self.shapes), self.chain.modes - 1
-        stiffness, struck, far, rate, arm, relaxation = np.zeros((6, bodies, elastic))
-        cross = np.zeros(bodies)
+    def vibrations(self) -> Vibrations:  # type: ignore[override]
+        damping, elastic = self.chain.damping, self.chain.modes - 1
+        stiffness, struck, far, rate = np.zeros((4, len(self.shapes), elastic))
+        cross = np.zeros(len(self.shapes))
         for i, shape in enumerate(self.shapes):
             if shape is not None and elastic:
                 stiffness[i], struck[i], far[i], cross[i] = shape.frequencies**2, shape.struck, shape.far, shape.cross
                 if damping is not None:
-                    stiffness[i], rate[i], arm[i], relaxation[i] = damping.of_modes(shape.frequencies)
-        none = np.zeros((bodies, 0))
-        if not arm.any():
-            arm, relaxation, rate = none, none, rate if rate.any() else none
-        return Vibrating(stiffness, struck, far, cross, rate, arm, relaxation)
-
-    @property
-    def vibrating(self) -> Vibrating | None:
-        return None if self.chain.modes == 1 else self.vibrations
+                    rate[i] = damping.of_modes(shape.frequencies)
+        return Vibrations(stiffness, struck, far, rate, cross)
 
     def law_between(self, bead: Any, facing: Any) -> ContactLaw:
         """By finite elements; by formulas for structures that are curved in one direction only."""
@@ -117,10 +109,7 @@ class MovingDeformableChain(MovingChain):
             return _law_of_bodies(bead, facing, max_approach=2.0 ** (ceil(2.0 * log2(deepest)) / 2.0))
         except ValueError as error:
             culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
-            raise ValueError(
-                f"{culprit}: a contact that holds all {self.energy:.3g} J is pressed by {deepest:.3g} m, for which "
-                "finite elements give no law; take less, or give a law"
-            ) from error
+            raise ValueError(f"{culprit}: a contact that holds all {self.energy:.3g} J needs a law=") from error
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
@@ -153,8 +142,7 @@ class MovingDeformableChain(MovingChain):
         approach[:-1] -= vibrations.cross[1:] * force[1:]
         shortened = approach - (vibrations.far * amplitude).sum(axis=1)
         shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
-        arms = amplitude.ravel() if vibrations.arm.size else np.empty(0)
-        return np.concatenate([np.cumsum(shortened[::-1])[::-1], amplitude.ravel(), arms])
+        return np.concatenate([np.cumsum(shortened[::-1])[::-1], amplitude.ravel()])
 
     @cached_property
     def _damping_times(self) -> tuple[float, float]:
@@ -162,7 +150,7 @@ class MovingDeformableChain(MovingChain):
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
         in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
-        fastest = max(float(vibrations.rate.max(initial=0.0)), float(vibrations.relaxation.max(initial=0.0)))
+        fastest = float(vibrations.rate.max(initial=0.0))
         return in_contacts, 1.0 / fastest if fastest > 0.0 else inf
 
     @property
@@ -177,8 +165,7 @@ class MovingDeformableChain(MovingChain):
     @cached_property
     def shortest_period(self) -> float:
         """That of the beads' modes, s."""
-        stiffness, arm = self.vibrations.stiffness, self.vibrations.arm
-        fastest = float((stiffness + arm if arm.size else stiffness).max(initial=0.0)) ** 0.5
+        fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
         return 2.0 * pi / fastest if fastest > 0.0 else inf
 
     @property
@@ -207,11 +194,8 @@ class MovingDeformableChain(MovingChain):
         behind = np.column_stack([np.zeros(len(contact_force)), pushed])[:, :, None]
         ahead = contact_force[:, :, None]
         elastic = vibrations.stiffness * self.amplitudes(position)
-        acceleration = vibrations.struck * behind - vibrations.far * ahead - elastic
-        if vibrations.rate.size:
-            acceleration -= vibrations.rate * self.amplitudes(velocity)
-        if vibrations.arm.size:
-            acceleration -= vibrations.arm * self._stretch(position)
+        viscous = vibrations.rate * self.amplitudes(velocity)
+        acceleration = vibrations.struck * behind - vibrations.far * ahead - elastic - viscous
         section = np.array([np.zeros(self.chain.modes - 1) if s is None else s.section for s in self.shapes])
         force: Vector = 0.5 * (behind + ahead)[:, :, 0] - (section * acceleration).sum(axis=2)
         return force
@@ -220,14 +204,7 @@ class MovingDeformableChain(MovingChain):
         """Return the kinetic and elastic energy of each body's modes, times × bodies, J."""
         amplitude, rate = self.amplitudes(position), self.amplitudes(velocity)
         energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
-        if self.vibrations.arm.size:
-            energy += 0.5 * (self.vibrations.arm * self._stretch(position) ** 2).sum(axis=2)
         return energy
-
-    def _stretch(self, position: Vector) -> Vector:
-        """Return the stretch q − z of the arms' springs."""
-        amplitude = self.amplitudes(position)
-        return amplitude - position[:, -amplitude[0].size :].reshape(amplitude.shape)
 
 
 def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
@@ -249,8 +226,5 @@ def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) ->
     enough = np.append(True, np.diff(local) > 0.2 * np.diff(approaches))
     count = approaches.size if enough.all() else int(enough.argmin())
     if approaches[count - 1] < deepest:
-        raise ValueError(
-            f"modes = {modes!r}: too many for a contact that is pressed by {deepest:.3g} m, and whose law is that of "
-            f"{law.name}; they suit up to {approaches[count - 1]:.3g} m; take fewer, or give a law= of mid-planes"
-        )
+        raise ValueError(f"modes = {modes!r}: too many for a contact of {law.name} pressed by {deepest:.3g} m")
     return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

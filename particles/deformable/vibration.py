@@ -50,13 +50,13 @@ class Vibration:
 
 
 @lru_cache(maxsize=64)
-def vibration(bead: Any, modes: int, spacing: float | None = None) -> Vibration:
+def vibration(bead: Any, modes: int) -> Vibration:
     """Return the lowest elastic modes of a free Sphere, HollowSphere or Ellipsoid along the chain, mass-normalised.
 
-    The default size of elements, m, leaves the frequencies 1e-4 or less too high, and b 1e-4 off.
+    The elements leave the frequencies 1e-4 or less too high, and b 1e-4 off.
     """
     body: Any = body_of(bead, 1.0, "bead")
-    longest = max(body.radius, body.half) / (spacing or mode_spacing(body, modes)) * (1.0 - 1e-9)
+    longest = max(body.radius, body.half) / mode_spacing(body, modes) * (1.0 - 1e-9)
     rows, columns = max(ceil(longest * (1.0 - body.hollow)), FEWEST), max(ceil(0.5 * pi * longest), FEWEST)
 
     def place(angle: Vector, depth: Vector) -> Vector:
@@ -66,8 +66,6 @@ def vibration(bead: Any, modes: int, spacing: float | None = None) -> Vibration:
     across, down = np.linspace(0.0, 0.5 * pi, columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1)
     section = Section(*cells(across, down, place), body.material, bead.mass)
     opposite, together = section.half(opposite=True), section.half(opposite=False)
-    if modes > together.weight.size // 2:
-        raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
 
     # ω², motion of the pole, momentum, and whether the other pole moves oppositely, of each mode.
     found = []

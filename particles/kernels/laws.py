@@ -169,7 +169,7 @@ class Tabulated(NamedTuple):
 
     stiffness: Vector  # k of each contact
     first: Vector  # the first row of each contact's table
-    rows: Vector  # rows of δ₀, f, f′, c₂, c₃ and ∫f dδ; see particles.laws.formulas.kernel_table
+    rows: Vector  # rows of δ₀, f, f′, c₂, c₃ and ∫f dδ; see particles.laws.law.kernel_table
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:

@@ -8,7 +8,7 @@ from particles.kernels import drives as kinds
 from particles.kernels.drives import drives, energy_of_loads, kind_of, mean_rate, outer_forces, place_and_speed
 from particles.kernels.laws import force_of_step, lost_to_yielding, with_memory
 from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
-from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between
+from particles.kernels.vibrations import Vibrations, accelerate_modes, energies_between, forces_between
 from structures.kernels.arrays import NOT_NEGATIVE
 from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
@@ -33,7 +33,7 @@ TRIED = np.dtype([(name, float) for name in ("at_rest", "start", "force", "answe
 
 
 class Chains(NamedTuple):
-    """All of some chains that does not change during a run; the first five fields are pieces.
+    """All of some chains that does not change during a run; the first four fields are pieces.
 
     The B bodies of all chains lie one after the other, and contact i is the one ahead of body i.
     """
@@ -42,14 +42,12 @@ class Chains(NamedTuple):
     law: Any
     loss: Any
     drive: Any
-    vibrations: Any
+    vibrations: Vibrations
     inverse_mass: Vector  # B, 1/kg; zero for a body with a prescribed motion
     gravity: Vector  # B, along the chain, m/s²; zero for such a body
     wall: Vector  # B: the surface that a body faces; −1 where it faces the next body
     spring: Vector  # B: flexibility of a massless spring at each contact, m/N, zero between beads
     ends: Any  # C records ENDS
-    modes: int  # of each body; zero where all are rigid
-    parts: int  # parts of the coordinates that move: 1 bodies, 2 and modes, 3 and Maxwell arms
 
 
 @by_type
@@ -174,14 +172,11 @@ class Verlet(NamedTuple):
 
 
 @inner(forceinline=True)
-def span(chains: Any, c: int, part: int) -> tuple[int, int]:
-    """Return the first coordinate of a part of chain c, and that after its last one: of bodies, modes or arms."""
-    begin, end = chains.ends[c].striker, chains.ends[c].last + 1
-    if part == 0:
-        return begin, end
-    bodies, modes = chains.inverse_mass.size, chains.modes
-    before = bodies + (part - 1) * bodies * modes
-    return before + begin * modes, before + end * modes
+def span(chains: Any, c: int, modes: bool) -> tuple[int, int]:
+    """Return the first coordinate of the bodies of chain c, or of their modes, and that after the last one."""
+    bodies, many = chains.vibrations.struck.shape
+    first, many = (bodies, many) if modes else (0, 1)
+    return first + chains.ends[c].striker * many, first + (chains.ends[c].last + 1) * many
 
 
 @inner()
@@ -195,7 +190,7 @@ def accelerations(
     """
     forces, alone, loss = work[0], work[2], chains.loss
     striker, last, faces = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].faces
-    power = forces_between(chains.vibrations, chains, law, c, y, v, wall, rate, forces, work[1:])
+    power = forces_between(chains, law, c, y, v, wall, rate, forces, work[1:])
     behind, closing_behind, taken = 0.0, 0.0, 0.0
     for i in range(striker, last + 1):
         a[i] = chains.inverse_mass[i] * (behind - forces[i]) + chains.gravity[i]
@@ -215,7 +210,7 @@ def accelerations(
         power += taken
         for i in range(striker, last + 1):
             a[i] += chains.inverse_mass[i] * alone[i]
-    return power + accelerate_modes(chains.vibrations, chains, c, y, v, forces, a)
+    return power + accelerate_modes(chains, c, y, v, forces, a)
 
 
 class DampedVerlet(NamedTuple):
@@ -236,8 +231,8 @@ class DampedVerlet(NamedTuple):
         for step in range(steps + 1):
             now, weight, wall = t + step * dt, dt if 0 < step < steps else 0.5 * dt, start + step * dt * rate
             place, before, bead, push_before = y[striker], forces[striker], y[striker + 1], push
-            for part in range(chains.parts if step > 0 else 0):
-                begin, stop = span(chains, c, part)
+            for part in range(2 if step > 0 else 0):
+                begin, stop = span(chains, c, part == 1)
                 for i in range(begin, stop):
                     half[i] = v[i] + 0.5 * dt * a[i]
                     v[i] = half[i] + 0.5 * dt * a[i]
@@ -252,8 +247,8 @@ class DampedVerlet(NamedTuple):
             for i in range(striker, last + 1):
                 approach = y[i] - (y[i + 1] if i < last else wall)
                 force_of_step(law, i, overlap_at(law, i, approach, chains.spring[i]))
-            for part in range(chains.parts if step > 0 else 0):
-                begin, stop = span(chains, c, part)
+            for part in range(2 if step > 0 else 0):
+                begin, stop = span(chains, c, part == 1)
                 for i in range(begin, stop):
                     v[i] = half[i] + 0.5 * dt * a[i]
             impulse += weight * forces[last]
@@ -282,7 +277,7 @@ def contact_forces(
         for i in range(striker, last + 1):
             every[i] = 0.0
         k = chains.wall[last]
-        forces_between(chains.vibrations, chains, law, c, y, v, surface[k], rate[k], every, work[1:])
+        forces_between(chains, law, c, y, v, surface[k], rate[k], every, work[1:])
         if kind_of(chains.drive, c) == kinds.PUSHED and not chains.ends[c].touched:
             every[striker] = outer_forces(chains.drive, c, y[striker], t)[2]
     for j in range(contacts.size):
@@ -295,7 +290,7 @@ def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vecto
     striker, last, law, forces = chains.ends[c].striker, chains.ends[c].last, with_memory(chains.law, y), work[0]
     for i in range(striker, last + 1):
         forces[i] = 0.0
-    kinetic, potential = energies_between(chains.vibrations, chains, law, c, y, v, wall, forces, work[1:])
+    kinetic, potential = energies_between(chains, law, c, y, v, wall, forces, work[1:])
     for i in range(striker & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
         mass = 1.0 / chains.inverse_mass[i] if chains.inverse_mass[i] > 0.0 else 0.0
         kinetic += 0.5 * mass * v[i] * v[i]

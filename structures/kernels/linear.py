@@ -60,16 +60,11 @@ def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float,
 class Oscillators(NamedTuple):
     """Structures whose degrees of freedom are oscillators. The state is n displacements, then n velocities."""
 
-    rows: Vector
-    """4 × n: the end of a window is u = r₀ u + r₁ v, v = r₂ u + r₃ v where no force acts."""
-    response: Vector
-    """K × 2n: the state after 1 N at each contact from rest."""
-    contact: Vector
-    """K × n."""
-    squares: Vector
-    """n, squares of the angular frequencies, 1/s²."""
-    begin: Vector
-    """S + 1: where the oscillators of each structure begin."""
+    rows: Vector  # 4 × n: the end of a window is u = r₀ u + r₁ v, v = r₂ u + r₃ v where no force acts
+    response: Vector  # K × 2n: the state after 1 N at each contact from rest
+    contact: Vector  # K × n
+    squares: Vector  # n, squares of the angular frequencies, 1/s²
+    begin: Vector  # S + 1: where the oscillators of each structure begin
 
     @staticmethod
     def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
@@ -101,18 +96,12 @@ class Coupled(NamedTuple):
     structures, n numbers, lie one after the other, and each n × n matrix has a block for each structure.
     """
 
-    transition: Vector
-    """The end of a window over its begin where no force acts."""
-    response: Vector
-    """K × n: the state after 1 N at each contact from rest."""
-    contact: Vector
-    """K × n, zero for velocities."""
-    mass: Vector
-    """Zero for displacements: the kinetic energy is ½ xᵀ M x of the state x."""
-    stiffness: Vector
-    """Zero for velocities."""
-    begin: Vector
-    """S + 1: where the state of each structure begins."""
+    transition: Vector  # The end of a window over its begin where no force acts
+    response: Vector  # K × n: the state after 1 N at each contact from rest
+    contact: Vector  # K × n, zero for velocities
+    mass: Vector  # Zero for displacements: the kinetic energy is ½ xᵀ M x of the state x
+    stiffness: Vector  # Zero for velocities
+    begin: Vector  # S + 1: where the state of each structure begins
 
     @staticmethod
     def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:

@@ -101,7 +101,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
     [
         # Bodies and laws
         (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
-        (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), r"approaches = \[1e-06\], forces = .*two or more that increase"),
+        (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), r"approaches = \[1e-06\], forces: must be as many that increase"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), "that increase from zero"),
         (lambda: hl.contact_law(3.0, crossing()), r"first = 3\.0: must be a body"),
         (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
@@ -111,7 +111,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),
         (
             lambda: MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT),
-            r"striker = Sphere: must be None or a PushedBead for a chain with a structure behind it",
+            r"striker = Sphere.*: must be None or a PushedBead",
         ),
         (
             lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
@@ -153,8 +153,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (lambda: solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(-0.1), "^particle_speed = -0.1"),
         # Vibrations
-        (lambda: vibration(BEAD, 10, 1e-6), "spacing: needs .* cells"),
-        (lambda: vibration(BEAD, 1000, RADIUS), "modes = 1000"),
         (lambda: vibration(hl.Ellipsoid(RADIUS, RADIUS, STEEL), 3), "bead = Ellipsoid"),
     ],
 )
