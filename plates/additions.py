@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from structures.checks import finite, several, short
+from structures.checks import coordinates
 from structures.described import described
 from structures.quantities import Asks, Coordinate, Likely, Quantity
 from structures.structure import Vector
@@ -68,7 +68,7 @@ class Stiffener:
 
     def __post_init__(self) -> None:
         for name in ("start", "end"):
-            object.__setattr__(self, name, _numbers(name, getattr(self, name), ("x", "y")))
+            object.__setattr__(self, name, coordinates(name, getattr(self, name)))
         if self.length == 0.0:
             raise ValueError(f"end = {self.end!r}: must lie elsewhere than the start")
 
@@ -110,7 +110,7 @@ class Weakened:
     factor: Annotated[float, Quantity()]
 
     def __post_init__(self) -> None:
-        region = left, right, bottom, top = _numbers("region", self.region, ("left", "right", "bottom", "top"))
+        region = left, right, bottom, top = coordinates("region", self.region, ("left", "right", "bottom", "top"))
         if left >= right or bottom >= top:
             raise ValueError(f"region = {self.region!r}: must be (left, right, bottom, top), ascending, in m")
         object.__setattr__(self, "region", region)
@@ -169,20 +169,15 @@ def check_additions(additions: object, box: tuple[float, float, float, float], p
         inside_x = all(left - spare <= x <= right + spare for x in xs)
         if not (inside_x and all(bottom - spare <= y <= top + spare for y in ys)):
             raise ValueError(
-                f"{name}: must lie on the plate, between x = {left:.4g} and {right:.4g}, y = {bottom:.4g} and "
-                f"{top:.4g} m"
+                f"{name}: must lie on the plate, x {left:.4g} to {right:.4g}, y {bottom:.4g} to {top:.4g} m"
             )
         if isinstance(addition, Stiffener) and parallel and not (addition.along_x or addition.along_y):
-            raise ValueError(
-                f"{name}: must be parallel to a side; mindlin_plate, and panels of any shape, take others too"
-            )
+            raise ValueError(f"{name}: must be parallel to a side; mindlin_plate takes others")
         if isinstance(addition, Weakened):
             for other in regions:
                 (l1, r1, b1, t1), (l2, r2, b2, t2) = addition.region, other.region
                 if max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2):
-                    raise ValueError(
-                        f"{name}: overlaps an earlier one; give regions side by side, each with its factor"
-                    )
+                    raise ValueError(f"{name}: overlaps an earlier one; give regions side by side")
             regions.append(addition)
     return tuple(additions)
 
@@ -215,11 +210,3 @@ def extent(addition: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
     if isinstance(addition, Stiffener):
         return (addition.start[0], addition.end[0]), (addition.start[1], addition.end[1])
     return addition.region[:2], addition.region[2:]
-
-
-def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ...]:
-    """Return the values as a tuple of floats in m, as many as the names, or raise a ValueError."""
-    items = list(values) if several(values) else []
-    if len(items) != len(names):
-        raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
-    return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(items))

@@ -9,7 +9,6 @@ from scipy import sparse
 
 from plates.elements.hermite import Beam, Hermite
 from plates.shapes.shape import graded
-from structures.caution import caution
 from structures.checks import one_of
 from structures.described import described
 from structures.fineness import default_frequency
@@ -18,12 +17,10 @@ from structures.material import Material, check_stress
 from structures.quantities import Asks, BendingStiffness, Force, Frequency, MassPerLength, OneOf, Place, Quantity, Side
 from structures.structure import Structure
 from structures.surface import Surface
-from structures.units import readable
 
 ENDS = ("clamped", "simple", "free", "symmetry")
 End = Annotated[str, OneOf(*ENDS)]
 GroundStiffness = Annotated[float, Quantity("N/m²", "a stiffness per length", "1e7 N/m^2", or_zero=True)]
-HARD_GROUND = 10.0  # Stiffness of the ground per length over the modulus of the beam: no ground is so hard
 FEWEST_WAVES = 4.0  # Waves along the beam that the mesh resolves at least
 MOST_NODES = 50_000  # Nodes of a mesh; beyond it a wrong unit is more likely than a real need
 
@@ -82,11 +79,6 @@ def beam(
         raise ValueError(f'supports = {supports!r}: must be two words, one for each end, such as ("simple", "free")')
     for i, support in enumerate(supports):
         one_of(f"supports[{i}]", support, ENDS)
-    if ground > HARD_GROUND * material.youngs_modulus:
-        caution(
-            f"beam foundation = {ground:g} N/m²: is {readable(ground, 'Pa')}, more than {HARD_GROUND:g} times the "
-            f"beam's own modulus, {readable(material.youngs_modulus, 'Pa')}; no ground is so stiff; check its unit"
-        )
     check_stress(
         f"axial_force = {force:g} N", force * material.density / heavy, material,
         "axial_force is in N, and the area is taken as mass_per_length over density",

@@ -24,8 +24,7 @@ from structures.quantities import Asks, Frequency, Length, Scale, Several, Side,
 if TYPE_CHECKING:
     import meshio
 
-# What a plate is made of: a material for all the thickness, or a wall that brings its own thickness.
-Wall: TypeAlias = Material | Laminate | Section
+Wall: TypeAlias = Material | Laminate  # a material for all the thickness, or plies that bring their own
 # An outline, or a flat mesh: the path of a file, or a meshio.Mesh.
 PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
 HELD = Asks('a table such as { left = "clamped" }')
@@ -71,7 +70,7 @@ def kirchhoff_plate(
     True
     """
     shape, wall = Rectangle(length, width, _cells(cells)), section_of(thickness, material)
-    return Plate(shape, wall, supports, Hermite(), highest_frequency, additions, _one_material(material))
+    return Plate(shape, wall, supports, Hermite(), material, highest_frequency, additions)
 
 
 @described_as(called="Mindlin plate")
@@ -94,9 +93,9 @@ def mindlin_plate(
     length, width : float
         Sides along x and along y, m.
     thickness : float or None
-        Thickness, m. A Laminate or a Section has its own: give that, or None.
-    material : Material, Laminate or Section
-        One material for all the thickness, or a wall of its own.
+        Thickness, m. A Laminate has its own: give that, or None.
+    material : Material or Laminate
+        One material for all the thickness, or plies.
     supports : Supports
         How the four edges are held.
     shear_correction : float
@@ -134,9 +133,7 @@ def mindlin_plate(
     3168
     """
     shape, wall = Rectangle(length, width, _cells(cells)), section_of(thickness, material, shear_correction)
-    return Plate(
-        shape, wall, supports, _mindlin(wall, patch_radius), highest_frequency, additions, _one_material(material)
-    )
+    return Plate(shape, wall, supports, _mindlin(wall, patch_radius), material, highest_frequency, additions)
 
 
 @described_as(called="Mindlin panel")
@@ -193,13 +190,7 @@ def mindlin_panel(
         shape = FlatMesh(shape, wall.thickness, scale, tags)
         for edge in held:
             shape.check_edge(edge)
-    element, made_of = _mindlin(wall, patch_radius), _one_material(material)
-    return Plate(shape, wall, held, element, highest_frequency, additions, made_of)
-
-
-def _one_material(wall: Wall) -> Material | Laminate | None:
-    """Return what a plate is made of; a Section does not know it."""
-    return None if isinstance(wall, Section) else wall
+    return Plate(shape, wall, held, _mindlin(wall, patch_radius), material, highest_frequency, additions)
 
 
 def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:

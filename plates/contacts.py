@@ -35,10 +35,7 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
     xs, ys = (listed(name, given, object, "numbers of m, one for each contact") for name, given in (("x", x), ("y", y)))
     faces = [face] * len(xs) if isinstance(face, str) else listed("face", face, str, "faces, one for each contact")
     if not len(xs) == len(ys) == len(faces):
-        raise ValueError(
-            f"x, y, face: {len(xs)} and {len(ys)} numbers, {len(faces)} faces; must be equally many, one of each for "
-            "each contact"
-        )
+        raise ValueError(f"x, y, face: must be equally many, not {len(xs)}, {len(ys)} and {len(faces)}")
     contacts: list[Contact] = []
     for i, place in enumerate(zip(xs, ys, faces, strict=True)):
         one_x, one_y = (finite(f"{name}[{i}]", value, "m") for name, value in zip("xy", place, strict=False))
@@ -46,10 +43,7 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
         for j, other in enumerate(contacts):
             same = isclose(one_x, other.x, rel_tol=SAME) and isclose(one_y, other.y, rel_tol=SAME)
             if same and other.face == contact.face:
-                raise ValueError(
-                    f"x, y: contacts {j} and {i} are at one place, {one_x:.6g}, {one_y:.6g} m, on the {contact.face}; "
-                    "must be apart, or on opposite faces"
-                )
+                raise ValueError(f"x, y: contacts {j} and {i} are at one place on the {contact.face}; must be apart")
         contacts.append(contact)
     return contacts
 

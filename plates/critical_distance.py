@@ -95,11 +95,8 @@ def critical_distance_law(
     weaker = min(bead.surface.material, wall, key=yield_pressure)
     ratio = hertz_pressure(bead.surface, Surface(wall), force) / yield_pressure(weaker)
     if ratio > 1.0:
-        caution(
-            f"yield: the law is elastic, and the bead presses {weaker.name or 'a body'} to about {ratio:.2g} times the "
-            "pressure at which it yields, which moves the critical distance; critical_distance_search with "
-            "law=hl.laws.JacksonGreen() in Chain computes it"
-        )
+        name = weaker.name or "a body"
+        caution(f"yield: the law is elastic; the bead presses {name} to about {ratio:.2g} times yield pressure")
     length = edge_length(bead, plate, impact_speed)
     scaled = scaled_critical_distance(edge, stiffness_ratio, parameter, tolerance)
     return CriticalDistanceEstimate(*(length * distance for distance in scaled))
@@ -155,15 +152,12 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
     table = _table().sel(edge=edge).transpose("ratio", "parameter", "distance")
     ratios, parameters, distances = (table[name].values for name in table.dims)
     named = (
-        ("inelasticity parameter", inelasticity, parameters, ""),
-        ("stiffness ratio", stiffness_ratio, ratios, " of the contacts bead on plate and bead on bead"),
+        ("inelasticity parameter", inelasticity, parameters),
+        ("stiffness ratio", stiffness_ratio, ratios),
     )
-    for name, value, ends, what in named:
+    for name, value, ends in named:
         if not ends[0] * (1.0 - SLACK) <= value <= ends[-1] * (1.0 + SLACK):
-            raise ValueError(
-                f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {ends[0]:.3g} "
-                f"and {ends[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
-            )
+            raise ValueError(f"impact_speed, bead, plate: {name} {value:.4g}: must be {ends[0]:.3g} to {ends[-1]:.4g}")
     by_parameter = PchipInterpolator(np.log(parameters), table.values, axis=1, extrapolate=True)
     at_nodes = BarycentricInterpolator(np.log(ratios), by_parameter(log(inelasticity)))(log(stiffness_ratio))
     fine = np.linspace(0.0, distances[-1], FINE)

@@ -158,10 +158,7 @@ class HalfPlane(NamedTuple):
         # The phase of sin(ωt) times an echo, a k² t + 2kd, is the same in all intervals.
         first, total = (until * end + 2.0 * path * (end / a) ** 0.5 for end in (lowest, highest))
         if total > MOST_PHASE:
-            raise ValueError(
-                f"until = {until!r}: with highest_frequency = {highest / (2.0 * pi):g} Hz this requires "
-                f"{total / PHASE * GAUSS[0].size:.1g} oscillators; take a shorter record or a lower frequency"
-            )
+            raise ValueError(f"until = {until!r}: requires too many oscillators; take a shorter record")
         phases = np.linspace(first, total, int(np.ceil((total - first) / PHASE)) + 1)
         wavenumber, width = _gauss((np.sqrt(path**2 + a * until * phases) - path) / (a * until))
         frequency = a * wavenumber**2

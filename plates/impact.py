@@ -8,7 +8,6 @@ equations 6.35 and 6.36). λ is the only parameter: see docs/theory.md.
 from dataclasses import dataclass, field
 from functools import cache
 from math import pi
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -101,13 +100,6 @@ def _impact(inelasticity: Vector) -> Vector:
     path = scipy.integrate.solve_ivp(rates, (0.0, 1.0), np.zeros(2 * count), method="DOP853", rtol=1e-12, atol=1e-14)
     end: Vector = path.y[:, -1].reshape(2, count)
     return end
-
-
-# Beads, and speeds in m/s, that reproduce the printed numbers of section 6.2.1 of the thesis on aluminium; the text
-# does not state them. bead_speed belongs to the printed λ (equation 6.37), striker_speed to the printed T_c (6.38).
-THESIS_IMPACT = SimpleNamespace(
-    material=Material(200.0e9, 0.28, 8000.0, "steel 440C as heavy as 316"), bead_speed=0.682 * 0.63, striker_speed=0.31
-)
 
 
 @dataclass(frozen=True, eq=False)

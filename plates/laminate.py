@@ -11,7 +11,7 @@ import numpy as np
 from plates.section import SHEAR_CORRECTION, Section, homogeneous_section
 from structures.bodies.anisotropy import VOIGT_INDEX, indentation_modulus, orthotropic_stiffness
 from structures.bodies.elasticity import shear_modulus
-from structures.checks import count_of, listed
+from structures.checks import count_of, instance, listed
 from structures.described import described
 from structures.material import Material
 from structures.quantities import Angle, Asks, Component, Density, Likely
@@ -65,7 +65,7 @@ class OrthotropicMaterial:
         largest = sqrt(self.youngs_modulus_along / self.youngs_modulus_across)
         if abs(self.poisson_ratio) >= largest:
             raise ValueError(
-                f"poisson_ratio = {self.poisson_ratio!r}: must lie between ±√(E along / E across) = ±{largest:.4g}"
+                f"poisson_ratio = {self.poisson_ratio!r}: must lie between ±√(E along / E across), {largest:.4g}"
             )
 
 
@@ -265,23 +265,19 @@ class LayeredSection(Section):
 
 
 def section_of(
-    thickness: float | None, material: Material | Laminate | Section, shear_correction: float = SHEAR_CORRECTION
+    thickness: float | None, material: Material | Laminate, shear_correction: float = SHEAR_CORRECTION
 ) -> Section:
-    """Return the section of a plate of one material or of a laminate, or the section that is given."""
-    if isinstance(material, Laminate | Section):
-        total, what = material.thickness, "laminate" if isinstance(material, Laminate) else "section"
+    """Return the section of a plate of one material or of a laminate."""
+    if isinstance(material, Laminate):
+        total = material.thickness
         if thickness is not None and abs(thickness - total) > SAME_THICKNESS * total:
-            raise ValueError(f"thickness = {thickness!r}: must be None or the {what}'s own, {total:.9g} m")
+            raise ValueError(f"thickness = {thickness!r}: must be None or the laminate's own, {total:.9g} m")
         if shear_correction != SHEAR_CORRECTION:
-            raise ValueError(f"shear_correction = {shear_correction!r}: a {what} has its own shear stiffness; omit it")
-        return material if isinstance(material, Section) else material.section()
-    if not isinstance(material, Material):
-        raise ValueError(
-            f"material = {material!r}: must be a Material, a Laminate or a Section; MATERIALS[name] gives a material "
-            "by name"
-        )
+            raise ValueError(f"shear_correction = {shear_correction!r}: a laminate has its own shear stiffness")
+        return material.section()
+    instance("material", material, Material, "a Material or a Laminate; MATERIALS[name] gives a material by name")
     if thickness is None:
-        raise ValueError("thickness = None: must be a positive number of m; only a Laminate or a Section has its own")
+        raise ValueError("thickness = None: must be a positive number of m; only a Laminate has its own")
     return homogeneous_section(thickness, material, shear_correction)
 
 
@@ -292,10 +288,7 @@ def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
         return ply
     around, limit = _around_fibres(ply)
     if not -1.0 < around < limit:
-        raise ValueError(
-            f"shear_modulus_across = {ply.shear_modulus_across!r}: gives ν = {around:.3g} around the fibres, which no "
-            "solid has; give surface=, the Material of the contact"
-        )
+        raise ValueError(f"shear_modulus_across = {ply.shear_modulus_across!r}: no solid has it; give a surface=")
     return Material(indentation_modulus(constants(ply)), 0.0, ply.density, ply.name)
 
 

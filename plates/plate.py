@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from math import ceil, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from plates.shapes.rectangle import SIDES, Rectangle
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import KINDS, ElasticEdge, Support, Supports
 from structures.caution import caution
-from structures.checks import html_table, one_of
+from structures.checks import count_of, one_of
 from structures.field import Field
 from structures.fineness import default_frequency
 from structures.linear_algebra.factor import Matrices, is_definite
@@ -35,8 +35,6 @@ from structures.surface import Surface
 from structures.units import readable
 
 MOST = 2_000_000  # Degrees of freedom that may be assembled: they fill some 10 GB
-MANY = 100_000  # Degrees of freedom beyond which a warning announces minutes and gigabytes; 100 000 reduce in some 15 s
-BYTES_PER_UNKNOWN = 1e4  # Memory of a degree of freedom with its part of the factorised matrices
 THICK = 0.1  # Thickness, in units of the shorter side, above which shear matters in the lowest modes already
 ROUNDING = 1e-9  # Part of a force below which it counts as zero
 BUCKLES = 8.0  # Waves along the shorter side that the mesh for buckling resolves: the first mode has about half of one
@@ -73,8 +71,8 @@ class Plate:
         How edges are held, by name; edges that are not named are free.
     highest_frequency, additions
         As of `mindlin_plate`.
-    material : Material, Laminate or None
-        What the section was made of; the faces of a Laminate may differ. None takes the section's `struck` material.
+    material : Material or Laminate
+        What the wall is made of; the faces of a Laminate may differ.
     origin : Mapping
         The arguments of the function that made the plate, as plain data for results.
 
@@ -89,9 +87,9 @@ class Plate:
     section: Section
     supports: Supports | Mapping[Tag, Support]
     element: Hermite | Mindlin
+    material: Material | Laminate
     highest_frequency: Any = None
     additions: Sequence[Addition] = ()
-    material: Material | Laminate | None = None
     origin: Mapping[str, Any] = field(default_factory=dict)
     _kept: dict[int, tuple[Assembled, Matrices]] = field(default_factory=dict, init=False)
     _follows: bool = field(default=False, init=False)
@@ -120,15 +118,9 @@ class Plate:
             along, across = np.array([np.cos(angles), np.sin(angles)]), np.array([-np.sin(angles), np.cos(angles)])
             sheared = np.einsum("ik,ij,jk->k", along, forces, across)
             if (np.abs(sheared) > ROUNDING * np.abs(forces).max()).any():
-                raise ValueError(
-                    f"supports[{name!r}] = 'symmetry': a prestress with a shear force along this edge is not its own "
-                    "mirror image; mesh the whole plate"
-                )
+                raise ValueError(f"supports[{name!r}] = 'symmetry': a prestress with shear is not its own mirror image")
             if not all(mirrors_itself(section, angle) for angle in angles):
-                raise ValueError(
-                    f"supports[{name!r}] = 'symmetry': a wall with D₁₆ or D₂₆ along this edge is not its own mirror "
-                    "image; mesh the whole plate"
-                )
+                raise ValueError(f"supports[{name!r}] = 'symmetry': a wall with D₁₆ or D₂₆ is not its own mirror image")
 
         # The prestress may be more than the plate bears, in each isotropic layer.
         load = forces[[0, 1, 0], [0, 1, 1]]
@@ -179,10 +171,7 @@ class Plate:
         """Force over velocity at a point of the infinite plain plate, 8 √(D ρ t), N s/m."""
         if self.additions:
             names = ", ".join(dict.fromkeys(type(addition).__name__ for addition in self.additions))
-            caution(
-                f"additions: laws of a plain plate leave out {names}; runs include them, and critical_distance_search "
-                "searches with them"
-            )
+            caution(f"additions: laws of a plain plate leave out {names}; runs include them")
         return float(8.0 * (self.rigidity * self.mass_per_area) ** 0.5)
 
     @property
@@ -221,16 +210,16 @@ class Plate:
 
         # First without the refinement at the contact, before it is made.
         self._check_size(self.element.unknowns * self.shape.area / self._cells.coarsest**2)
-        self._check_buckling()
+        if np.linalg.eigvalsh(forces_in_plane(self.additions))[0] < 0.0:
+            # Compression may buckle the whole plate, also in ways that no contact excites. Rounding hides a negative
+            # eigenvalue of a mesh that is much finer than the first mode.
+            coarse = self.element.cells(min(self.length, self.width) / BUCKLES, self.additions)
+            whole = self.shape.mesh([], [], replace(coarse, finest=coarse.coarsest, halved=(False, False)))
+            pressed = self.element.assemble(whole, self.section, self._held(whole), self.additions).stiffness
+            if not is_definite("stiffness", pressed):
+                raise ValueError("additions: the plate buckles under this prestress; give less compression")
         mesh = self.shape.mesh([contact.x for contact in contacts], [contact.y for contact in contacts], self._cells)
-        count = self.element.unknowns * mesh.mesh.nelements
-        self._check_size(count)
-        if count > MANY and not self.shape.fixed:
-            caution(
-                f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom, which "
-                f"take minutes and some {ceil(1e-9 * BYTES_PER_UNKNOWN * count)} GB"
-            )
-
+        self._check_size(self.element.unknowns * mesh.mesh.nelements)
         held, touches = self._held(mesh), []
         for contact in contacts:
             place = np.array([contact.x, contact.y])
@@ -238,16 +227,11 @@ class Plate:
             touches.append(Touch(place, mirrors(mesh, held, place), self.wall(contact.face)))
         copies = {2 ** len(touch.mirrors) for touch in touches}
         if len(copies) > 1:
-            raise ValueError(
-                f"x, y = {origin['at']}: some lie on a symmetry edge and others inside, whose mirror images would be "
-                "struck too; must lie all on it or all inside, or take the whole plate"
-            )
+            raise ValueError(f"x, y = {origin['at']}: must lie all on a symmetry edge or all inside")
 
         assembled, matrices = self._assembled(mesh, held, copies.pop())
         struck = [contact.sign * assembled.contact(touch) for contact, touch in zip(contacts, touches, strict=True)]
         columns = np.column_stack(struck)
-        if self.shape.fixed and len(columns) > MANY:
-            caution(f"mesh: its {len(columns)} degrees of freedom take minutes and gigabytes to reduce")
         flexibility = one_or_all([self.element.flexibility(touch.wall) for touch in touches])
         mass, stiffness = matrices.mass, matrices.stiffness
         fields = Field(partial(assembled.sampler, stiffness), len(columns))
@@ -278,24 +262,10 @@ class Plate:
         cells = self.element.cells(self.shortest_wavelength, self.additions).finer()
         return replace(cells, halved=(equal and left == right, equal and bottom == top))
 
-    def _check_buckling(self) -> None:
-        """Raise a ValueError where the prestress buckles the whole plate, also in ways that no contact excites."""
-        if np.linalg.eigvalsh(forces_in_plane(self.additions))[0] >= 0.0:
-            return
-        # Rounding hides a negative eigenvalue of a mesh that is much finer than the first mode.
-        cells = self.element.cells(min(self.length, self.width) / BUCKLES, self.additions)
-        mesh = self.shape.mesh([], [], replace(cells, finest=cells.coarsest, halved=(False, False)))
-        pressed = self.element.assemble(mesh, self.section, self._held(mesh), self.additions).stiffness
-        if not is_definite("stiffness", pressed):
-            raise ValueError("additions: the plate buckles under this prestress; give less compression")
-
     def _check_size(self, count: float) -> None:
         """Raise a ValueError for more degrees of freedom than fit in memory."""
         if count > MOST and not self.shape.fixed:
-            raise ValueError(
-                f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom on "
-                f"{self.shape.area:.3g} m² of plate, more than {MOST:.0e}; is the plate in millimetres?"
-            )
+            raise ValueError(f"highest_frequency: requires {count:.2g} unknowns; is the plate in millimetres?")
 
     def wall(self, face: str) -> Section:
         """Return the wall with the material that is struck on a face."""
@@ -317,13 +287,12 @@ class Plate:
 
     def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
         """Return how the plate was made and where it is struck, as plain data."""
-        unknown = {"shape"} if self.material is not None else {"shape", "material"}
         held = asdict(self.supports) if isinstance(self.supports, Supports) else {
             name: asdict(support) if isinstance(support, ElasticEdge) else support
             for name, support in self._edges.items()
         }  # fmt: skip
         return {
-            **{name: value for name, value in self.origin.items() if name not in unknown},
+            **{name: value for name, value in self.origin.items() if name != "shape"},
             **self.shape.described(),
             "supports": held,
             "thickness": self.thickness,
@@ -333,26 +302,15 @@ class Plate:
             **contacts_data(contacts),
         }
 
-    def _rows(self) -> list[tuple[str, str]]:
-        """Return what the plate consists of, in words."""
-        of = self.section.struck.name if self.material is None else self.material.name
+    def __repr__(self) -> str:
         held = [
             f"{name} {'on springs' if isinstance(kind, ElasticEdge) else kind}" for name, kind in self._edges.items()
         ]
         more = f" and {len(held) - SHOWN} more" if len(held) > SHOWN else ""
-        count = f"{len(self.additions)} addition{'s' * (len(self.additions) > 1)}"
-        return [
-            ("size", self.shape.summary()), ("wall", f"{1e3 * self.thickness:.4g} mm of {of or 'a material'}"),
-            ("supports", ", ".join(held[:SHOWN]) + more or "all edges free"),
-            *([("additions", count)] if self.additions else []),
-        ]  # fmt: skip
-
-    def __repr__(self) -> str:
-        size, wall, *rest = (text for _, text in self._rows())
-        return f"<{'; '.join([f'{self.kind}, {size}, {wall}', *rest])}>"
-
-    def _repr_html_(self) -> str:
-        return html_table(self.kind, self._rows())
+        wall = f"{1e3 * self.thickness:.4g} mm of {self.material.name or 'a material'}"
+        parts = [f"{self.kind}, {self.shape.summary()}, {wall}", ", ".join(held[:SHOWN]) + more or "all edges free"]
+        parts += [count_of(len(self.additions), "addition")] * bool(self.additions)
+        return f"<{'; '.join(parts)}>"
 
 
 def _struck_again(plate: Plate, *place: Any) -> Structure:

@@ -6,9 +6,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from structures.bodies.elasticity import shear_modulus
-from structures.described import described, described_as
 from structures.material import Material
-from structures.quantities import Asks, Quantity, Thickness, WallThickness
+from structures.quantities import Quantity
 from structures.structure import Vector
 
 SHEAR_CORRECTION = 5.0 / 6.0  # Reissner's factor of the transverse shear stiffness of a homogeneous plate
@@ -18,54 +17,16 @@ ROUNDING = 1e-9  # Part of a stiffness below which an entry counts as zero
 ShearCorrection = Annotated[float, Quantity()]
 
 
-@dataclass(frozen=True)
-class PositiveDefinite:
-    """A square matrix of `size` rows, symmetric and positive definite, for an annotation."""
-
-    size: int
-
-    def check(self, name: str, value: object) -> Vector:
-        """Return the matrix as an array; raise a ValueError for anything else."""
-        try:
-            matrix = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
-            matrix = np.zeros(0)
-        if matrix.shape != (self.size, self.size) or not np.isfinite(matrix).all():
-            shown = matrix.tolist() if matrix.size else value
-            raise ValueError(f"{name} = {shown!r}: must be {self.size} × {self.size} finite numbers")
-        if abs(matrix - matrix.T).max() > ROUNDING * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
-            raise ValueError(f"{name} = {matrix.tolist()!r}: must be symmetric and positive definite")
-        return matrix
-
-
-@described_as(eq=False)
+@dataclass(frozen=True, eq=False)
 class Section:
-    """The wall of a plate, per unit of its middle surface.
+    """The wall of a plate, per unit of its middle surface."""
 
-    Parameters
-    ----------
-    bending : array
-        3 × 3, N m: moments (M_xx, M_yy, M_xy) over curvatures (w_xx, w_yy, 2 w_xy).
-    shear : array
-        2 × 2, N/m: forces (Q_x, Q_y) over transverse shear strains, with the shear correction.
-    mass, rotary_inertia, thickness : float
-        Mass per area, kg/m²; rotary inertia per area, kg; thickness, m.
-    struck : Material
-        The isotropic material whose E and ν enter Hertz's contact law.
-
-    Examples
-    --------
-    >>> from plates.section import homogeneous_section
-    >>> homogeneous_section(2e-3, hl.ALUMINIUM_6061)
-    <Section: 2 mm, D11 = 51.55 N m, D22 = 51.55 N m, 5.386 kg/m²; aluminium 6061 is struck>
-    """
-
-    bending: Annotated[Vector, PositiveDefinite(3), Asks("three rows of three numbers, N m")]
-    shear: Annotated[Vector, PositiveDefinite(2), Asks("two rows of two numbers, N/m")]
-    mass: Annotated[float, Quantity("kg/m²", "a mass per area", "5.4 kg/m^2")]
-    rotary_inertia: Annotated[float, Quantity("kg", "a mass", "2e-6 kg", or_zero=True)]
-    thickness: Thickness
-    struck: Material
+    bending: Vector  # 3 × 3, N m: moments (M_xx, M_yy, M_xy) over curvatures (w_xx, w_yy, 2 w_xy)
+    shear: Vector  # 2 × 2, N/m: forces (Q_x, Q_y) over transverse shear strains, with the shear correction
+    mass: float  # per area, kg/m²
+    rotary_inertia: float  # per area, kg
+    thickness: float  # m
+    struck: Material  # the isotropic material whose E and ν enter Hertz's contact law
 
     @property
     def walls(self) -> list[tuple[Vector, Vector, float]]:
@@ -79,35 +40,9 @@ class Section:
         more = {"rotary_inertia": self.rotary_inertia, "thickness": self.thickness, "struck": asdict(self.struck)}
         return numbers | more
 
-    def __repr__(self) -> str:
-        first, second = self.bending[0, 0], self.bending[1, 1]
-        stiffness = f"D11 = {first:.4g} N m, D22 = {second:.4g} N m"
-        struck = self.struck.name or "a material"
-        return f"<Section: {1e3 * self.thickness:.4g} mm, {stiffness}, {self.mass:.4g} kg/m²; {struck} is struck>"
 
-
-@described
-def homogeneous_section(
-    thickness: WallThickness, material: Material, shear_correction: ShearCorrection = SHEAR_CORRECTION
-) -> Section:
-    """The section of a plate of one isotropic material.
-
-    Parameters
-    ----------
-    thickness, material, shear_correction
-        As of `mindlin_plate`.
-
-    Returns
-    -------
-    Section
-        Bending stiffness D = E t³/12(1 − ν²), mass ρ t, rotary inertia ρ t³/12.
-
-    Examples
-    --------
-    >>> from plates.section import homogeneous_section
-    >>> round(homogeneous_section(2.29e-3, hl.ALUMINIUM_6061).mass, 2)
-    6.17
-    """
+def homogeneous_section(thickness: float, material: Material, shear_correction: float = SHEAR_CORRECTION) -> Section:
+    """Return the section of a plate of one isotropic material: D = E t³/12(1 − ν²), ρ t, ρ t³/12; thickness t in m."""
     nu, rigidity = material.poisson_ratio, material.contact_modulus * thickness**3 / 12.0
     bending = rigidity * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
     shear = shear_correction * shear_modulus(material) * thickness * np.eye(2)

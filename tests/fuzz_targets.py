@@ -12,7 +12,6 @@ from fuzz import Target
 
 import hertzlink as hl
 from hertzlink import damping, laws, stepping, theory
-from plates.section import homogeneous_section
 
 STEEL, BRASS = hl.STEEL_440C, hl.BRASS_360
 BEAD = hl.Sphere(4.76e-3, STEEL)
@@ -130,7 +129,7 @@ def things() -> list[Any]:
     return [
         *(STEEL, BEAD, LYING, SHELL, FLAT, CHAIN, DEFORMABLE, LAYERS[0], LAYERS, ROD, WALL, CLAMPED, PLATE, TRIANGLE),
         *(record(), hl.LinearDashpot(5.0), laws.PowerLaw(1e10), hl.Aitken(), hl.Sphere, hl.Chain, hl, [BEAD], [CHAIN]),
-        *(hl.Piston(), hl.ElasticEdge(1e6), homogeneous_section(2e-3, STEEL), simulation, simulation()),
+        *(hl.Piston(), hl.ElasticEdge(1e6), simulation, simulation()),
         *(hl.Ellipsoid(2e-3, 6e-3, STEEL, "across"), hl.Sphere(1e-6, STEEL), hl.Sphere(100.0, hl.PTFE)),
         hl.Material(1e-3, 0.3, 1e4),
     ]
@@ -209,7 +208,9 @@ def _chains() -> dict[str, Target]:
         "damping.Modal": Target(damping.Modal, {"ratio": 0.02}, in_beads),
         "damping.Rayleigh": Target(damping.Rayleigh, {"mass_rate": 1e3, "stiffness_time": 1e-7}, in_beads),
         "damping.StandardLinearSolid": Target(
-            damping.StandardLinearSolid, {"share": 0.2, "time": 1e-6, "modulus": "relaxed"}, in_beads
+            damping.StandardLinearSolid,
+            {"share": 0.2, "time": 1e-6, "modulus": "relaxed"},
+            lambda one: damping.damped(hl.rod([hl.Layer(STEEL, 0.05, 0.01)], elements=4), one),
         ),
         "Piston": Target(
             hl.Piston,
@@ -611,7 +612,6 @@ def _formulas() -> dict[str, Target]:
     table: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
         "theory.UniformChain": (theory.UniformChain, {**d, **m, **k, "exponent": 1.5}),
         "UniformChain.angular_frequency": (chain.angular_frequency, {"wave_number": 100.0, **load}),
-        "UniformChain.cutoff_frequency": (chain.cutoff_frequency, load),
         "UniformChain.sound_speed": (chain.sound_speed, load),
         "UniformChain.tangent_stiffness": (chain.tangent_stiffness, load),
         "UniformChain.strain": (chain.strain, {"position": 0.0, "time": 0.0, "speed": 500.0}),

@@ -154,7 +154,6 @@ WRONG_RODS = [
 ]  # fmt: skip
 
 WRONG_PLATES = [
-    ('"aluminium 6061"', '{ bending = [[1.0]] }', 11, "structure.material.shear: is missing; give two rows of two numbers, N/m"),
     ('"aluminium 6061"', '{ plies = [], thickness = "2 mm" }', 11, "structure.material.thickness: is not an entry here; must be one of plies, surface"),
     ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 kg" }] }', 11, 'structure.material.plies[0].thickness: "1 kg": "kg" is no unit'),
     ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 11, 'structure.material.surface: "PTFF" is not a material; did you mean PTFE?'),

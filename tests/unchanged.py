@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 
 import hertzlink as hl
-from plates.section import homogeneous_section
 
 TOLERANCE = 1e-12
 """The largest difference, in units of the largest number of the same kind."""
@@ -138,11 +137,6 @@ def structures() -> dict[str, Callable[[], Any]]:
             hl.mindlin_panel(square, 3e-3, hl.BRASS_360, held, highest_frequency=2e4).at(0.03, 0.03, face="back")
         ),
         "laminate without edges": lambda: hl.infinite_plate(None, laminate()),
-        "section": lambda: small(
-            hl.kirchhoff_plate(0.2, 0.15, None, homogeneous_section(2e-3, hl.MATERIALS["polycarbonate"]), CLAMPED).at(
-                0.06, 0.07
-            )
-        ),
         "plate of modes": lambda: hl.ModalPlate(plate(), UNTIL).at(
             0.05, 0.07, thickness=4e-3, material=hl.Material(1e11, 0.33, 8500.0)
         ),
@@ -293,7 +287,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         for name, loss in {
             "modal damping": hl.damping.Modal(0.05),
             "Rayleigh damping": hl.damping.Rayleigh(100.0, 1e-8),
-            "relaxation": hl.damping.StandardLinearSolid(0.4, 2e-5, "instantaneous"),
         }.items()
     }
     return found | {

@@ -13,7 +13,6 @@ from hertzlink.studies.compare import Case, Number, printed, rounded
 from hertzlink.studies.plate_boundary import theirs
 from hertzlink.studies.shared import DIAMETERS, THICKNESSES
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.impact import THESIS_IMPACT
 
 BODIES = ("plate", "infinite plate")
 UNTIL = 3.5e-3  # Length of the record, s.
@@ -61,7 +60,7 @@ def ours(diameter: float, thickness: float) -> hl.theory.PlateImpact:
 
 def of_thesis(diameter: float, thickness: float, parameter: float | None = None) -> hl.theory.PlateImpact:
     """Return the impact with the thesis's data of the bead: at the speed in the wave, or of a λ at the striker's."""
-    speed = THESIS_IMPACT.bead_speed if parameter is None else THESIS_IMPACT.striker_speed
+    speed = shared.THEIR_BEAD_SPEED if parameter is None else shared.THEIR_STRIKER_SPEED
     return hl.theory.PlateImpact(theirs(diameter), shared.plate(thickness), speed, parameter)
 
 
@@ -71,7 +70,7 @@ def with_theirs(first: str, diameter: float) -> str:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    lines, speed = printed("aspect-ratio"), f"{THESIS_IMPACT.bead_speed:.3g} m/s"
+    lines, speed = printed("aspect-ratio"), f"{shared.THEIR_BEAD_SPEED:.3g} m/s"
     for diameter, thickness in product(DIAMETERS, THICKNESSES):
         label, impact = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}", ours(diameter, thickness)
         if f"λ, {label}" not in lines:

@@ -14,7 +14,6 @@ from hertzlink.studies.compare import Number, bracketed
 from hertzlink.studies.shared import ALUMINIUM, DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.shared import PLATE_SPEED as SPEED
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.impact import THESIS_IMPACT
 from plates.section import flexural_wavelength, homogeneous_section
 from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.caution import collected
@@ -116,12 +115,12 @@ def ratio_error(diameter: float, thickness: float, distance: float) -> float:
 
 def theirs(diameter: float) -> hl.Sphere:
     """Return the bead with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 mm of 6.2.2."""
-    return hl.Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)
+    return hl.Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, shared.THEIR_STEEL)
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     for diameter in DIAMETERS:
-        printed = shared.contact_time(theirs(diameter), ALUMINIUM, THESIS_IMPACT.striker_speed)
+        printed = shared.contact_time(theirs(diameter), ALUMINIUM, shared.THEIR_STRIKER_SPEED)
         cases = {
             "7800 kg/m³ of Table 2.1": 1e6 * contact_time(diameter),
             "8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": 1e6 * printed,

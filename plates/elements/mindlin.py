@@ -102,12 +102,8 @@ class Mindlin:
         """Return the force spread over the patch, which also reads the displacement's mean over it."""
         corners = mesh.mesh.p[:, mesh.mesh.t[:, find_cells(mesh.mesh, touch.place[None])[0]]]
         size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
-        if size > COARSEST_PATCH * self.patch_radius:
-            caution(
-                f"mesh: cells of {readable(size, 'm')} at the contact are too large for a patch of "
-                f"{readable(self.patch_radius, 'm')}; refine them to "
-                f"{readable(COARSEST_PATCH * self.patch_radius, 'm')}"
-            )
+        if size > (good := COARSEST_PATCH * self.patch_radius):
+            caution(f"mesh: cells of {readable(size, 'm')} at the contact are too large; {readable(good, 'm')} suit")
         part, weights = np.polynomial.legendre.leggauss(RINGS)
         reach = self.patch_radius * np.sqrt((part + 1.0) / 2.0)
         angle = 2.0 * pi * (np.arange(SPOKES) + 0.5) / SPOKES

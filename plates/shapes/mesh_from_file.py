@@ -76,10 +76,7 @@ class FlatMesh:
         mesh = self._mesh.mesh
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
         if longest > TOO_LONG * cells.coarsest:
-            caution(
-                f"mesh: edges of up to {readable(longest, 'm')} are too long for the waves that beads excite; "
-                f"refine them to {readable(cells.coarsest, 'm')}"
-            )
+            caution(f"mesh: edges of up to {readable(longest, 'm')} are too long; {readable(cells.coarsest, 'm')} suit")
         return self._mesh
 
     def described(self) -> dict[str, Any]:
@@ -126,11 +123,7 @@ def _upright(points: Vector, cells: Numbers) -> Numbers:
     upright, inverted = (sine > FOLDED).all(axis=1), (sine < -FOLDED).all(axis=1)
     bad = np.flatnonzero(~upright & ~inverted)
     if bad.size:
-        raise ValueError(
-            f"mesh: {bad.size} of {len(at)} cells are flat or folded, the first near {near(points[cells[bad[0]]])}"
-        )
+        raise ValueError(f"mesh: {bad.size} cells are flat or folded, the first near {near(points[cells[bad[0]]])}")
     if inverted.any() and upright.any():
-        caution(
-            f"mesh: {inverted.sum()} of {len(at)} cells are numbered clockwise, the others not; they are turned over"
-        )
+        caution(f"mesh: {inverted.sum()} of {len(at)} cells are numbered clockwise, and are turned over")
     return np.where(inverted[:, None], cells[:, ::-1], cells)

@@ -28,9 +28,7 @@ def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
     facet, following = order[met] % facets.size, order[met + 1] % facets.size
     turn = abs(ways[facet, 0] * ways[following, 1] - ways[facet, 1] * ways[following, 0])
     if ((turn > STRAIGHT) & (turn < CURVED)).any():
-        raise ValueError(
-            f"supports[{name!r}]: a curve of quadrilaterals cannot be simple, which would clamp it; mesh with triangles"
-        )
+        raise ValueError(f"supports[{name!r}]: a curve of quadrilaterals cannot be simple; mesh with triangles")
 
 
 def tangents(mesh: Any, facets: Numbers) -> Vector:
@@ -86,9 +84,7 @@ def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> 
             if all(abs(across @ other) < 1.0 - NEAREST for other in inward):
                 inward.append(across * np.sign(across @ inside))
     if len(inward) > 2 or (len(inward) == 2 and abs(inward[0] @ inward[1]) > NEAREST):
-        raise ValueError(
-            f"x, y = {_text(place)}: lies on edges of symmetry that are not at right angles; strike inside"
-        )
+        raise ValueError(f"x, y = {_text(place)}: lies on edges of symmetry that are not at right angles")
     return inward
 
 
@@ -113,10 +109,7 @@ def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector,
         boundary = boundary[np.abs(aside).max(axis=0) > _near(mesh)]
     reach = _away(mesh, boundary, place).min() if boundary.size else np.inf
     if reach < radius * (1.0 - NEAREST):
-        raise ValueError(
-            f"patch_radius = {radius:.4g}: the patch at ({_text(place)}) m reaches beyond an edge {reach:.3g} m "
-            "away; strike further inside, or take a smaller patch"
-        )
+        raise ValueError(f"patch_radius = {radius:.4g}: the patch at ({_text(place)}) m reaches beyond an edge")
 
 
 def _away(mesh: PlateMesh, facets: Numbers, place: Vector) -> Vector:

@@ -13,7 +13,7 @@ from skfem import MeshTri
 
 from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import SAME, Cells, PlateMesh
-from structures.checks import count_of, finite, instance, positive, several, short, whole
+from structures.checks import coordinates, count_of, instance, positive, several, short, whole
 from structures.meshes.mesh_files import gmsh_model
 from structures.meshes.mesh_reading import Tag
 from structures.quantities import Likely
@@ -147,9 +147,7 @@ class Outline:
         places: list[Place] = []
         for at_x, at_y in zip(np.atleast_1d(x).tolist(), np.atleast_1d(y).tolist(), strict=True):
             if not self.contains(at_x, at_y) and self.distance(at_x, at_y) > COINCIDE * self.size:
-                raise ValueError(
-                    f"x, y = {at_x!r}, {at_y!r}: lies outside of the outline, or in a hole; strike the plate"
-                )
+                raise ValueError(f"x, y = {at_x!r}, {at_y!r}: lies outside of the outline, or in a hole")
             if all(hypot(at_x - other_x, at_y - other_y) > SAME * cells.finest for other_x, other_y in places):
                 places.append((at_x, at_y))
         corners = [place for place in places if self.distance(*place) > ON_EDGE * cells.finest]
@@ -222,7 +220,7 @@ def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> t
     radius, count = positive("radius", radius, "m"), whole("corners", corners, 3)
     if count > MOST_CORNERS:
         raise ValueError(f"corners = {corners!r}: must be at most {MOST_CORNERS}")
-    x, y = _place("centre", centre)
+    x, y = coordinates("centre", centre)
     angle = 2.0 * pi / count
     reach = radius * sqrt(angle / sin(angle))
     return tuple((x + reach * cos(i * angle), y + reach * sin(i * angle)) for i in range(count))
@@ -233,13 +231,7 @@ def _corners(name: str, corners: Any) -> tuple[Place, ...]:
         raise ValueError(f"{name} = {short(corners)}: must be three corners (x, y) in m, or more")
     if len(corners) > MOST_CORNERS:
         raise ValueError(f"{name}: {len(corners)} corners, must be at most {MOST_CORNERS}")
-    return tuple(_place(f"{name}[{i}]", corner) for i, corner in enumerate(corners))
-
-
-def _place(name: str, values: Any) -> Place:
-    if not several(values) or len(values) != 2:
-        raise ValueError(f"{name} = {short(values)}: must be (x, y) in m")
-    return finite(f"{name}[0]", values[0], "m"), finite(f"{name}[1]", values[1], "m")
+    return tuple(coordinates(f"{name}[{i}]", corner) for i, corner in enumerate(corners))  # type: ignore[misc]
 
 
 def _names(edges: Any, count: int) -> tuple[str, ...]:

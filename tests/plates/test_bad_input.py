@@ -9,11 +9,9 @@ import pytest
 
 import hertzlink as hl
 from plates.laminate import section_of
-from plates.section import homogeneous_section
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 STEEL = hl.STEEL_316
-WALL = homogeneous_section(2e-3, MATERIAL)
 CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5.2e9, 3.6e9, 1600.0, "carbon-epoxy")
 LAMINATE = hl.Laminate([hl.Ply(CARBON, 1e-3, 0.3), hl.Ply(CARBON, 1e-3, 1.2)])
 MASS = hl.PointMass(0.1, 0.1, 1.0)
@@ -40,7 +38,7 @@ def added(*additions: Any) -> hl.Plate:
 
 BOTH = [({name: bad}, f"{name} = ") for name in ("length", "thickness") for bad in (0.0, np.nan)] + [
     ({"thickness": 0.5}, r"thickness = 0\.5: exceeds the plate's shorter side, 0\.2 m"),
-    ({"material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
+    ({"material": "PTFE"}, "material = 'PTFE': must be a Material or a Laminate"),
     ({"supports": "free"}, "supports = 'free'"),
     ({"cells": (1, 2, 3)}, "cells = "),
     ({"additions": ["rib"]}, r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened or a Prestress"),
@@ -83,7 +81,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 30.0), r"factor = 30\.0: must be at most 1"),
         (
             lambda: added(hl.PointMass(1.1, 0.1, 1.0)),
-            r"additions\[0\] = .*must lie on the plate, between x = 0 and 1, y = 0 and 0\.7 m",
+            r"additions\[0\] = .*must lie on the plate, x 0 to 1, y 0 to 0\.7 m",
         ),
         (lambda: added(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)), r"additions\[1\] = .*parallel .*panels"),
         (lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)), r"additions\[1\] = .*overlaps an earlier"),
@@ -114,18 +112,12 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (lambda: hl.kirchhoff_plate(0.3, 0.2, 2.0, MATERIAL, hl.Supports()), r"thickness = 2\.0: exceeds"),
         (
-            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, homogeneous_section(3e-3, MATERIAL), hl.Supports()),
-            r"thickness = 0\.005: must be None or the section's own, 0\.003 m",
-        ),
-        (
             lambda: hl.kirchhoff_plate(0.1, 0.1, 1e-3, MATERIAL, hl.Supports(), cells=(10**6, 10**6)),
             "cells = .*at most",
         ),
         (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
-        (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
-        (lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),
     ],
 )
 def test_bad_calls(call: Callable[[], object], message: str) -> None:

@@ -247,7 +247,7 @@ def changed(**changes: Any) -> meshio.Mesh:
     ("mesh", "message"),
     [
         (changed(times=1e3), r"in millimetres\? Give scale=1e-3"),
-        (changed(point=(4, (2.0, 2.0, 0.0))), "both cells of a side lie on the same side"),
+        (changed(point=(4, (2.0, 2.0, 0.0))), "cells lie on one side of their side"),
         (changed(point=(4, (0.5, 0.5, 0.1))), r"its box is 1 × 1 × 0\.1 m; must be flat, in the plane of x and y"),
         (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite numbers"),
         (changed(kind="tetra"), r"has cells of type 'tetra'; a panel's mesh is flat, see solid"),
@@ -303,7 +303,7 @@ def test_bad_contacts(place: tuple[float, float], radius: float | None, message:
 def test_cells_too_large_for_the_patch(recwarn: pytest.WarningsRecorder) -> None:
     hl.mindlin_panel(FLAT, 0.3, MATERIAL).at(0.5, 0.5)
     assert not any("at the contact" in str(one.message) for one in recwarn)
-    with pytest.warns(hl.HertzlinkWarning, match=r"cells of 707 mm at the contact are too large for a patch of 50 mm"):
+    with pytest.warns(hl.HertzlinkWarning, match=r"cells of 707 mm at the contact are too large"):
         hl.mindlin_panel(FLAT, 0.1, MATERIAL).at(0.5, 0.5)
 
 

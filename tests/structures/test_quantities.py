@@ -32,7 +32,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.Piston([0.0, 1e-4], [0.0, 2.0]), r"Piston max \|displacement\| = 2: .* mm\?"),
     (lambda: hl.KuwabaraKono(5.0), r"KuwabaraKono time = 5: .* µs or ms\?"),
     (lambda: hl.kirchhoff_plate(300, 0.3, 2e-3, STEEL, FREE), r"kirchhoff_plate length = 300: .* mm\?"),
-    (lambda: hl.kirchhoff_plate(3.0, 3.0, 2.29, STEEL, FREE), r"Section thickness = 2\.29: .* mm\?"),
+    (lambda: hl.kirchhoff_plate(3.0, 3.0, 2.29, STEEL, FREE), r"kirchhoff_plate thickness = 2\.29: .* mm\?"),
     (lambda: hl.kirchhoff_plate(0.3, 0.3, 2e-3, STEEL, FREE, highest_frequency=40), r"frequency = 40: .* kHz\?"),
     (lambda: hl.Outline(((0, 0), (300, 0), (0, 300))), r"Outline size = .*: .* mm\?"),
     (
@@ -41,10 +41,6 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     ),
     (lambda: hl.reduce(hl.half_space(STEEL), 1e-4, pulse=25), r"reduce pulse = 25: .* s, .* mean \S+ µs or ms\?"),
     (lambda: hl.Prestress(20), r"Prestress xx = 20: is read as 20 N/m, .* mean \S+ N/mm, or a stress in MPa\?"),
-    (
-        lambda: hl.beam(0.5, 300.0, 1.6, STEEL, at=0.2, foundation=1e15),
-        r"beam foundation = 1e\+15 N/m²: is 1e\+06 GPa, more than 10 times the beam's own modulus",
-    ),
     (lambda: hl.laws.Thornton(300), r"Thornton yield_strength = 300: is read as 300 Pa, .* mean \S+ MPa or GPa\?"),
     (
         lambda: hl.identifiability(tapped, noise=5.0, sensors=[5], until=2e-4, modulus=3e9),
