@@ -77,9 +77,7 @@ class Chain:
                 check_bead("striker", self.striker, what)
             Likely.SPEED.check("impact_speed", self.impact_speed)  # type: ignore[arg-type]
         if not isinstance(self.dissipation, Dissipation | None):
-            raise ValueError(
-                f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"
-            )
+            raise ValueError(f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(5.0)")
         if callable(self.law) and not isinstance(self.law, ContactLaw | type):
             function("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
         elif not isinstance(self.law, YieldingLaw | None):

@@ -14,8 +14,9 @@ from structures.described import described
 from structures.quantities import OneOf, Quantity, Time
 from structures.structure import Vector
 
-# The forms of a loss at a contact, in the order of `particles.kernels.losses`.
+# The forms of a loss: at a contact, in the order of `particles.kernels.losses`, and on bodies.
 CONTACT_PIECES = "dashpot", "tangent", "secant"
+FORMS = *CONTACT_PIECES, "bodies", "drag"
 
 
 class Dissipation(ABC):
@@ -206,19 +207,13 @@ class Restitution(Dissipation):
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     """Return the coefficients of a loss at contacts of these reduced masses, kg; refuses wrong ones."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
-    if piece not in (*CONTACT_PIECES, "bodies", "drag") and getattr(piece, "_fields", ("",))[0] != "coefficient":
-        raise ValueError(
-            f"{name}.piece = {short(piece)}: must be dashpot, tangent, secant, bodies, drag, or a NamedTuple with the "
-            "static method with_loss, whose first field is coefficient"
-        )
+    if piece not in FORMS and getattr(piece, "_fields", ("",))[0] != "coefficient":
+        raise ValueError(f"{name}.piece = {short(piece)}: must be {', '.join(FORMS)} or a NamedTuple with with_loss")
     answer = loss.coefficients(mass.copy())
     numbers = np.array(answer)
     right = numbers.dtype.kind in "fiu" and numbers.shape == mass.shape
     if not right or not np.all((numbers >= 0.0) & (numbers < np.inf)):
-        raise ValueError(
-            f"{name}.coefficients = {short(answer)}: must be {mass.size} finite numbers, none negative, one for each "
-            "contact with that of striker and structure"
-        )
+        raise ValueError(f"{name}.coefficients = {short(answer)}: must be {mass.size} finite numbers, none negative")
     return numbers.astype(float)
 
 

@@ -33,10 +33,7 @@ class Drive:
         right = history.ndim == 2 and len(history) == 3 and history.size > 0 and np.isfinite(history).all()
         rising = right and history[0, 0] == 0.0 and np.all(np.diff(history[0]) > 0.0)
         if self.kind not in (FREE, PUSHED, MOVED, STEADY) or not rising:
-            raise ValueError(
-                f"Drive({self.kind!r}, {short(self.history)}): must have a kind of particles.kernels.drives, and a "
-                "history of 3 × n finite numbers: times that increase from 0 s, values, rates"
-            )
+            raise ValueError(f"Drive({self.kind!r}, {short(self.history)}): must have a kind, and a history of 3 × n")
         object.__setattr__(self, "history", history)
 
 
@@ -156,9 +153,7 @@ class _History(Excitation):
             object.__setattr__(self, name, tuple(finite(name, number, unit) for number in numbers))
         steps, values = np.diff(self.time), getattr(self, self.values)
         if not steps.size or self.time[0] != 0.0 or steps.min() <= 0.0 or len(values) != len(self.time):
-            raise ValueError(
-                f"time = {short(self.time)}: must increase from 0 s, two numbers or more, as many as of {self.values}"
-            )
+            raise ValueError(f"time = {short(self.time)}: must increase from 0 s, as many as of {self.values}")
         Likely.TIME.warn(type(self).__name__, "time[-1]", self.time[-1])
 
     def __repr__(self) -> str:

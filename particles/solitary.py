@@ -54,12 +54,8 @@ class UniformChain:
 
     def angular_frequency(self, wave_number: Number, preload: float) -> Number:
         """Return ω of a linear wave of wave number k, rad/m: ω² = (4C/m) sin²(kD/2), rad/s (equation 1.4)."""
-        highest = 2.0 * pi * self.cutoff_frequency(preload)
+        highest = 2.0 * np.sqrt(self.tangent_stiffness(preload) / self.mass)
         return highest * np.abs(np.sin(wave_number * self.size / 2.0))
-
-    def cutoff_frequency(self, preload: Number) -> Number:
-        """Return the highest frequency of linear waves under a preload, N: √(C/m)/π, Hz (equation 1.4)."""
-        return np.sqrt(self.tangent_stiffness(preload) / self.mass) / pi
 
     def sound_speed(self, preload: Number) -> Number:
         """Return the speed of long linear waves under a preload, N: D √(C/m), m/s; zero without preload."""

@@ -122,6 +122,14 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
     return items
 
 
+def coordinates(name: str, values: object, names: Sequence[str] = ("x", "y")) -> tuple[float, ...]:
+    """Return the values as a tuple of floats in m, as many as the names, or raise a ValueError."""
+    items = list(values) if several(values) else []
+    if len(items) != len(names):
+        raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
+    return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(items))
+
+
 def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
     """Return `value`; raise a ValueError if it is not of the kind."""
     if not isinstance(value, kind):

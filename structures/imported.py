@@ -74,10 +74,7 @@ def from_matrices(
     if heaviest == 0.0:
         raise ValueError("mass: all its numbers are zero; must be the mass matrix, kg")
     if 0.0 < stiffest < heaviest:  # a body whose fastest vibration takes seconds
-        raise ValueError(
-            f"mass: its largest number is {heaviest:.3g} kg, that of the stiffness {stiffest:.3g} N/m; the mass "
-            "matrix comes first, then the stiffness matrix"
-        )
+        raise ValueError("mass: its numbers are larger than those of the stiffness; the mass matrix comes first")
     vector = _table("contact", contact).ravel() if isinstance(contact, str | Path) else numbers("contact", contact)
     origin = {
         name: _source(value) for name, value in {"mass": mass, "stiffness": stiffness, "contact": contact}.items()
@@ -147,11 +144,7 @@ def from_modes(
     if ratios.size not in (1, count):
         raise ValueError(f"damping_ratios: must be one number, or {count}, one for each mode")
     if residual_flexibility is None:
-        caution(
-            "frequencies: these modes lack the compliance of all higher ones, at the contact most of all; state "
-            "residual_flexibility: the static compliance, without what Hertz's law contains, minus the sum of φ²/ω²; "
-            "or 0.0 where modes hold all"
-        )
+        caution("frequencies: these modes lack the compliance of all higher ones; state residual_flexibility")
     origin = {
         "frequencies": _source(frequencies),
         "shapes": None if in_file else _source(shapes),

@@ -1,6 +1,7 @@
 """A structure in time, as a participant: state in, state out, driven by the mean force over a window."""
 
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.linalg import block_diag
 from structures.checks import instance, within
 from structures.kernels import linear
 from structures.linear_algebra.factor import SMALL_MATRIX, check_definite
-from structures.stepping import DenseMatrices, ImplicitMidpoint, OscillatorStep, StructureState, modes_of
+from structures.stepping import ImplicitMidpoint, OscillatorStep, StructureState, modes_of
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -164,7 +165,8 @@ class MovingStructure:
         # Sparse matrices this small take several times as long.
         mass, stiffness = structure.mass.toarray(), structure.stiffness.toarray()
         damping = None if structure.damping is None else structure.damping.toarray()
-        midpoint = ImplicitMidpoint(DenseMatrices(mass, stiffness, damping, structure.contact_vectors), length)
+        dense = {"mass": mass, "stiffness": stiffness, "damping": damping, "contact_vectors": structure.contact_vectors}
+        midpoint = ImplicitMidpoint(SimpleNamespace(**dense), length)
         # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
         moving = np.flatnonzero(mass.any(axis=0))
         unit, rest, none = np.eye(size), np.zeros((size, size)), np.zeros((moving.size, moving.size))

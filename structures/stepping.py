@@ -41,22 +41,14 @@ class StructureState(NamedTuple):
     velocity: Vector
 
 
-class DenseMatrices(NamedTuple):
-    """The matrices of a small structure, as dense ones."""
-
-    mass: Vector
-    stiffness: Vector
-    damping: Vector | None
-    contact_vectors: Vector
-
-
 class ImplicitMidpoint:
     """M (v₁ − v₀)/H = F̄ b − K (u₀ + u₁)/2 − C (v₀ + v₁)/2, u₁ = u₀ + H (v₀ + v₁)/2; it conserves energy exactly.
 
-    response: the states after 1 N from rest at each of the K contacts, n × K.
+    structure: a Structure, or one with dense matrices. response: the states after 1 N from rest at each of the K
+    contacts, n × K.
     """
 
-    def __init__(self, structure: Structure | DenseMatrices, window: float) -> None:
+    def __init__(self, structure: Any, window: float) -> None:
         matrix = structure.mass + window**2 / 4.0 * structure.stiffness
         if structure.damping is not None:
             matrix = matrix + window / 2.0 * structure.damping

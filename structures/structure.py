@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import count_of, each, finite, html_table, instance, listed, positive
+from structures.checks import count_of, each, finite, instance, listed, positive
 from structures.described import described_as
 from structures.field import Field
 from structures.fineness import fineness, finer
@@ -94,9 +94,7 @@ class Structure:
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
         held = stiffness.diagonal() + (0.0 if damping is None else damping.diagonal())
         if (loose := np.flatnonzero((mass.diagonal() == 0.0) & (held == 0.0))).size:
-            raise ValueError(
-                f"mass, stiffness: degree of freedom {loose[0]} has neither; nothing determines its motion"
-            )
+            raise ValueError(f"mass, stiffness: degree of freedom {loose[0]} has neither")
 
         flexibility, surface = self.flexibility, self.surface
         if count == 1:
@@ -173,28 +171,20 @@ class Structure:
         """The surfaces of all K contacts."""
         return surfaces_of(self)
 
-    def _facts(self) -> list[tuple[str, str]]:
-        """What a line or a short table shows."""
+    def __repr__(self) -> str:
         origin = self.origin
         facts = [
-            ("kind", str(origin.get("kind", "user's structure"))),
-            ("unknowns", f"{self.size}"),
-            ("contacts", f"{self.contacts}"),
-            ("damping", "none" if self.damping is None else "viscous"),
+            str(origin.get("kind", "user's structure")),
+            f"unknowns: {self.size}",
+            f"contacts: {self.contacts}",
+            f"damping: {'none' if self.damping is None else 'viscous'}",
         ]
         if "fixed_facets" in origin:
             facets = count_of(origin["fixed_facets"], "facet")
-            facts.append(("fixed", f"{origin['fixed']!r}, {facets}, {origin['fixed_area']:.4g} m²"))
+            facts.append(f"fixed: {origin['fixed']!r}, {facets}, {origin['fixed_area']:.4g} m²")
         if self.valid_until < inf:
-            facts.append(("reduced for", f"{self.valid_until:.4g} s"))
-        return facts
-
-    def __repr__(self) -> str:
-        (_, kind), *others = self._facts()
-        return f"Structure({', '.join([kind, *(f'{name}: {value}' for name, value in others)])})"
-
-    def _repr_html_(self) -> str:
-        return html_table("Structure", self._facts())
+            facts.append(f"reduced for: {self.valid_until:.4g} s")
+        return f"Structure({', '.join(facts)})"
 
 
 def _changed(again: Callable[[], Structure], change: Callable[..., Structure], arguments: tuple[Any, ...]) -> Structure:

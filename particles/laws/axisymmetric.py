@@ -13,10 +13,10 @@ from particles.bead import Bead, HollowSphere, check_bead, surface_of
 from particles.laws.axisymmetric_mesh import WIDEST_CONTACT, Spheroid, body_of, surface_compliance
 from particles.laws.formulas import SMALL_CONTACT, check_bodies, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
-from structures.caution import caution, collected
+from structures.caution import caution
 from structures.checks import within
 from structures.described import checked_call, described
-from structures.quantities import Component, ContactForce, Length, Place, Quantity
+from structures.quantities import Length, Place, Quantity
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
@@ -37,13 +37,6 @@ class ComputedLaw(TabulatedLaw):
 
     smallest: Place = 0.0
     error: Annotated[float, Quantity(or_zero=True)] = 0.0  # largest relative error of the force, from coarser meshes
-    order: Component = nan  # observed order of convergence; nan where the meshes are too coarse to show it
-    formula: ContactForce = 0.0  # N at the last point by `contact_law`, by which a chain notices other bodies
-
-
-def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:
-    with collected():  # the doubts of the formula do not matter where a number only tells bodies apart
-        return float(contact_law(*bodies).force(np.array(approach)))
 
 
 @checked_call
@@ -125,11 +118,8 @@ class _Contact:
         size, radius = spacing or self.good_size(approach), self.widest(approach)
         fine = self.steps(approach, size) if size * FEWEST <= radius else None
         if fine is None or fine[0][0] >= approach:
-            raise ValueError(
-                f"spacing = {size:.3g} m: leaves the radius of the widest contact fewer than {FEWEST} cells; "
-                f"{radius / ELEMENTS:.3g} m is a good one"
-            )
-        (approaches, forces), error, order = fine, *self._error(fine, approach, size)
+            raise ValueError(f"spacing = {size:.3g} m: must be smaller; {radius / ELEMENTS:.3g} m is a good one")
+        (approaches, forces), error = fine, self._error(fine, approach, size)
         doubts = []
         if radius * self.sharpest > SMALL_CONTACT:
             doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")
@@ -144,16 +134,13 @@ class _Contact:
         first = forces[0] * np.geomspace(1e-9, 1.0, 72, endpoint=False)
         softness = (approaches[0] - float(self.hertz.approach(np.array(forces[0])))) / forces[0]
         below = self.hertz.approach(first) + softness * first
-        expected = force_by_formula(self.bodies, float(approaches[-1]))
-        return ComputedLaw(
-            np.append(below, approaches), np.append(first, forces), "finite elements", words, approach,  # type: ignore[arg-type]
-            float(approaches[0]), error, order, expected,
-        )  # fmt: skip
+        points = np.append(below, approaches), np.append(first, forces)
+        return ComputedLaw(*points, "finite elements", words, approach, float(approaches[0]), error)  # type: ignore[arg-type]
 
-    def _error(self, fine: Points, approach: float, size: float) -> tuple[float, float]:
-        """Return the largest relative error of the force, and the observed order, from meshes of cells twice as large.
+    def _error(self, fine: Points, approach: float, size: float) -> float:
+        """Return the largest relative error of the force by the order that meshes of larger cells show, from 1 to 2.
 
-        Without an order the whole difference is the error; orders above two are not trusted to last.
+        Where they are too coarse to show one the whole difference is the error.
         """
         coarse, coarsest = (self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0))
         approaches, forces = fine
@@ -162,7 +149,7 @@ class _Contact:
         common = approaches >= coarsest[0][0]
         order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
         gain = 2.0 ** min(max(order, 1.0), 2.0) if order == order else 2.0
-        return float(near.max()) / (gain - 1.0), order
+        return float(near.max()) / (gain - 1.0)
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
         """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and the forces, N.
@@ -183,18 +170,14 @@ class _Contact:
             for name, bead in zip(("first", "second"), self.bodies, strict=True):
                 body = body_of(bead, reach, name)
                 if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
-                    raise ValueError(
-                        f"{name}: a radius of {body.radius:.3g} m is too small for a contact of {reach:.3g} m"
-                    )
+                    raise ValueError(f"{name}: is too small for a contact of {reach:.3g} m radius")
                 if bead not in known:
                     known[bead] = surface_compliance(body, reach, size, coarser)
                 gap, compliance = gap + body.drop(known[bead][0]), compliance + known[bead][1]
             if pressed_to(compliance, gap, gap.size - 1)[0] >= approach:
                 return compliance, gap, reach
             reach *= 1.4
-        raise ValueError(
-            f"max_force or max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less"
-        )
+        raise ValueError(f"max_force or max_approach: the contact is wider than {reach:.3g} m; ask for less")
 
 
 def pressed_to(compliance: Vector, gap: Vector, last: int) -> tuple[float, float]:

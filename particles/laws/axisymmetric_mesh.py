@@ -90,10 +90,7 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
         return Spheroid(bead.material, bead.radius, 0.5 * bead.length)
     if isinstance(bead, Surface) and bead.second_curvature == bead.curvature:
         return Block(bead.material, 1e4 * widest, bead.curvature)
-    raise ValueError(
-        f"{name} = {bead!r}: must be a body of revolution about the chain's axis: Sphere, HollowSphere, "
-        "Ellipsoid(..., axis='along') or a Surface of one curvature"
-    )
+    raise ValueError(f"{name} = {bead!r}: must be a body of revolution about the chain's axis, with one curvature")
 
 
 def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector]) -> tuple[Any, Vector, Vector]:
@@ -132,10 +129,7 @@ def surface_compliance(body: Body, reach: float, spacing: float, coarser: float 
     """
     width, height = body.extents
     if reach > MOST_TOUCHING * spacing * coarser:
-        raise ValueError(
-            f"spacing = {spacing:.3g}: too small for bodies that may touch up to {reach:.3g} m from the pole; "
-            f"must be {reach / MOST_TOUCHING:.3g} m or more"
-        )
+        raise ValueError(f"spacing = {spacing:.3g}: must be {reach / MOST_TOUCHING:.3g} m or more")
     even = np.linspace(0.0, reach, ceil(reach / spacing / coarser * (1.0 - 1e-9)) + 1)
     outwards = np.append(even[:-1], reach + graded(width - reach, spacing, coarser))
     mesh, place, depth = cells(outwards, graded(height, spacing, coarser), body.place)

@@ -99,8 +99,7 @@ def check_contact_law(name: str, law: Any, what: str) -> ContactLaw:
                 answer = getattr(piece, member)(alone, 0, approach)
                 if not abs(answer - expected) <= (1e-6 if member == "force" else 1e-3) * abs(expected):
                     raise ValueError(
-                        f"{name}: {piece.__name__}.{member} = {answer:.6g} at an overlap of {approach:.3g} m: must be "
-                        f"{expected:.6g}, as {type(law).__name__} says"
+                        f"{name}: {piece.__name__}.{member} at {approach:.3g} m = {answer:.6g}: not {expected:.6g}"
                     )
     return law
 
@@ -194,10 +193,7 @@ class TabulatedLaw(ContactLaw):
             approaches, forces = approaches[1:], forces[1:]
         many = approaches.size == forces.size >= 2
         if not many or min(approaches[0], forces[0], *np.diff(approaches), *np.diff(forces)) <= 0.0:
-            raise ValueError(
-                f"approaches = {short(self.approaches)}, forces = {short(self.forces)}: must be as many of each, two "
-                "or more that increase from zero"
-            )
+            raise ValueError(f"approaches = {short(self.approaches)}, forces: must be as many that increase from zero")
         object.__setattr__(self, "approaches", tuple(approaches.tolist()))
         object.__setattr__(self, "forces", tuple(forces.tolist()))
         object.__setattr__(self, "largest", min(self.largest, self.approaches[-1]))
@@ -248,10 +244,7 @@ def kernel_table(law: ContactLaw) -> Vector:
         near = np.searchsorted(edges, 1e-6)  # a micrometre: a law of some newtons there is zero at zero to less
         rises = np.isfinite(rise).all() and (rise > 0.0).all() and abs(force[0]) <= 1e-5 * abs(force[near])
         if not (rises and np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5)):
-            raise ValueError(
-                f"law: {type(law).__name__}.force: must be finite, zero at zero and rise with the approach from "
-                f"{edges[0]:.1g} to {edges[-1]:.3g} m, and its tangent must be its slope"
-            )
+            raise ValueError(f"law: {type(law).__name__}.force: must be finite and rise from zero; tangent its slope")
     curve = CubicHermiteSpline(edges[1:], force[1:], slope[1:])
     work = curve.antiderivative()(edges[1:-1]) + 0.5 * force[1] * edges[1]
     line = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]

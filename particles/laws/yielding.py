@@ -79,10 +79,7 @@ class YieldingLaw(ABC):
             return None
         flat, sharp = relative_curvatures(surface, facing)
         if not isinstance(law, PowerLaw) or law.exponent != HERTZ or sharp > NEARLY_ROUND_CONTACT * flat:
-            raise ValueError(
-                f"law = {short(self)}: needs solid bodies that touch in a circle; between {short(first)} and "
-                f"{short(second)} the law is {law.name}"
-            )
+            raise ValueError(f"law = {short(self)}: needs solid bodies that touch in a circle, not {law.name}")
         return _yielding(self, (flat * sharp) ** -0.5, contact_modulus(surface, facing), material, strength, law)
 
 

@@ -46,9 +46,7 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     for (i, j), ratio in zip(((1, 2), (0, 2), (0, 1)), nu, strict=True):
         compliance[i, j] = compliance[j, i] = -ratio / e[i]
     if np.linalg.eigvalsh(compliance).min() <= 0.0:
-        raise ValueError(
-            f"poisson_ratios = {tuple(nu.tolist())}: too large for the moduli {tuple(e.tolist())}, no solid has them"
-        )
+        raise ValueError(f"poisson_ratios = {tuple(nu.tolist())}: too large for the moduli, no solid has them")
     return np.linalg.inv(compliance)
 
 

@@ -136,8 +136,5 @@ def _check_curves(mesh: Any) -> None:
         if bad.any():
             first = int(suspects[bad][0])
             at = mapping.F(inside[:, jacobian[bad][0].argsort()[:1]], np.array([first]))
-            raise ValueError(
-                f"mesh: the midpoints of {bad.sum()} of {mesh.nelements} cells fold them, the first (cell {first + 1}) "
-                f"near {near(at[:, 0].T)}"
-            )
+            raise ValueError(f"mesh: the midpoints of {bad.sum()} cells fold them, one near {near(at[:, 0].T)}")
         suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < 0.3 * size]

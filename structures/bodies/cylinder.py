@@ -152,6 +152,4 @@ def _graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vecto
 
 def _check_size(cells: float) -> None:
     if not cells <= MOST_CELLS:
-        raise ValueError(
-            f"patch_radius, highest_frequency, cells: need {cells:.3g} elements or more; at most {MOST_CELLS} fit"
-        )
+        raise ValueError(f"patch_radius, highest_frequency, cells: need {cells:.3g} elements; at most {MOST_CELLS} fit")

@@ -135,9 +135,7 @@ def restitution(mass: float, upper_mass: Number) -> Any:
     """
     least = float(np.min(upper_mass - mass, initial=np.inf))
     if least <= 0.0:
-        raise ValueError(
-            f"upper_mass = {np.min(upper_mass)}: must be greater than mass = {mass}, or the bead does not come back"
-        )
+        raise ValueError(f"upper_mass = {np.min(upper_mass)}: must be greater than mass = {mass}")
     return (upper_mass - mass) / (upper_mass + mass)
 
 

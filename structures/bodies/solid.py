@@ -13,8 +13,8 @@ from structures.bodies.body_mesh import BodyMesh
 from structures.bodies.elastic_field import elastic_field
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.caution import caution
+from structures.checks import coordinates
 from structures.described import described
-from structures.linear_algebra.factor import numbers
 from structures.material import Material
 from structures.meshes.mesh_files import source_of
 from structures.meshes.mesh_reading import Tag
@@ -91,7 +91,9 @@ def solid(
     materials, owner = body.materials(material)
     # A sixth of the radius of a long cylinder acts as a uniform pressure on an eighth of it, as in `layered_cylinder`.
     radius = body.shortest_side / 12.0 if patch_radius is None else patch_radius
-    patch = Patch(body, _three("contact", contact), None if normal is None else _three("normal", normal), radius)
+    place = np.array(coordinates("contact", contact, "xyz"))
+    outward = None if normal is None else np.array(coordinates("normal", normal, "xyz"))
+    patch = Patch(body, place, outward, radius)
     patch.check_curvature(curvature)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
     mass, stiffness = body_matrices(basis, materials, owner)
@@ -145,10 +147,7 @@ class Patch:
         facet = int(np.argmin(away))
         self.place, self.cell = tuple(map(float, nearest[facet])), int(body.mesh.f2t[0, facets[facet]])
         if away[facet] > 0.1 * radius:
-            raise ValueError(
-                f"contact = {_text(contact)} m: lies {away[facet]:.3g} m off the surface, whose nearest point is "
-                f"{_text(nearest[facet])} m"
-            )
+            raise ValueError(f"contact = {_text(contact)} m: must lie on the surface, as {_text(nearest[facet])}")
 
         faces = FacetBasis(body.mesh, body.element(), facets=facets, intorder=2)
         outward = np.asarray(faces.normals).mean(axis=2).T
@@ -159,9 +158,7 @@ class Patch:
         if normal is not None:
             size = float(np.linalg.norm(normal))
             if normal @ surface < LEAST_NORMAL_COSINE * size or size == 0.0:
-                raise ValueError(
-                    f"normal = {_text(normal)}: must point outward; that of the surface is {_text(surface)}"
-                )
+                raise ValueError(f"normal = {_text(normal)}: must point outward, as {_text(surface)} does")
             self.normal = normal / size
         near &= outward @ self.normal > LEAST_NORMAL_COSINE
         self.struck, self.corners = facets[near], np.unique(corners[near].reshape(-1, 3), axis=0)
@@ -173,8 +170,7 @@ class Patch:
         if longest > radius / PATCH_RADIUS_PER_EDGE:
             fine, wide = radius / PATCH_RADIUS_PER_EDGE, PATCH_RADIUS_PER_EDGE * longest
             raise ValueError(
-                f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; refine "
-                f"them to {fine:.3g} m, or use at least {wide:.3g} m"
+                f"mesh: edges at the contact are too long; {fine:.3g} m, or a patch_radius of {wide:.3g} suit"
             )
 
     def spread(self, body: BodyMesh) -> Vector:
@@ -187,10 +183,7 @@ class Patch:
         pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
         total = float((pressure * faces.dx).sum())
         if abs(total - 1.0) > 0.02:  # facets are flat, and quadrature is not exact
-            raise ValueError(
-                f"patch_radius = {self.radius!r}: the face around the contact carries {100.0 * total:.0f} % of the "
-                "patch, as an edge of the body is near; take a smaller patch or another contact"
-            )
+            raise ValueError(f"patch_radius = {self.radius!r}: the face carries {100.0 * total:.0f} % of the patch")
         x, y, z = self.normal
         return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
 
@@ -208,10 +201,7 @@ class Patch:
         if abs(mesh_curvature - curvature) > max(5.0, 0.25 * abs(mesh_curvature), 0.25 * abs(curvature)):
             shapes = [f"radius {readable(1.0 / one, 'm')}" if one else "flat" for one in (curvature, mesh_curvature)]
             given, found = f"{curvature:.3g} 1/m ({shapes[0]})", f"{mesh_curvature:.3g} 1/m ({shapes[1]})"
-            caution(
-                f"solid curvature = {given}: the surface of the mesh has {found} at the contact, and a bead's contact "
-                "is stiffer on a flat surface than on a convex one; give that curvature"
-            )
+            caution(f"solid curvature = {given}: the surface of the mesh has {found} at the contact; give that")
 
 
 @LinearForm
@@ -238,13 +228,6 @@ def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
         u, v, _ = np.linalg.solve(frame, (point - start)[:, :, None])[:, :, 0].T
         offer(start + u[:, None] * first + v[:, None] * second, (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0))
     return nearest, distance
-
-
-def _three(name: str, values: Any) -> Vector:
-    three = numbers(name, values)
-    if three.shape != (3,):
-        raise ValueError(f"{name} = {values!r}: must be three numbers")
-    return three
 
 
 def _text(values: Vector) -> str:

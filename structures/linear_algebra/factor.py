@@ -104,12 +104,10 @@ def symmetric(name: str, value: Any) -> sparse.csr_array:
     matrix = matrix if isinstance(matrix, sparse.csr_array) else sparse.csr_array(matrix)
     if not np.isfinite(matrix.data).all():
         raise ValueError(f"{name}: must hold finite numbers")
-    diagonal, unit = matrix.diagonal(), UNITS[name]
+    diagonal = matrix.diagonal()
     if (diagonal < 0.0).any():
         row = int(np.argmin(diagonal))
-        raise ValueError(
-            f"{name}: must have no negative eigenvalue, but its diagonal entry {row} is {diagonal[row]:.3g} {unit}"
-        )
+        raise ValueError(f"{name}: must have no negative eigenvalue, but entry ({row}, {row}) is {diagonal[row]:.3g}")
     if np.count_nonzero(diagonal) == matrix.count_nonzero():
         return matrix  # diagonal, and its entries are positive
     size = np.sqrt(diagonal + PROJECTION_ROUNDING * diagonal.max(initial=0.0))
@@ -118,10 +116,7 @@ def symmetric(name: str, value: Any) -> sparse.csr_array:
     wrong = np.flatnonzero(abs(skewed.data) > 1e-8 * size[skewed.row] * size[skewed.col])
     if wrong.size:
         row, column = int(skewed.row[wrong[0]]), int(skewed.col[wrong[0]])
-        raise ValueError(
-            f"{name}: must be symmetric, but entry ({row}, {column}) is {matrix[row, column]:.6g} {unit}, and "
-            f"({column}, {row}) is {matrix[column, row]:.6g}"
-        )
+        raise ValueError(f"{name}: must be symmetric, but entries ({row}, {column}) and ({column}, {row}) differ")
     if diagonal.size <= SMALL_MATRIX:
         check_definite(name, matrix)
     return matrix

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from structures.caution import caution
-from structures.checks import count_of, did_you_mean, one_of
+from structures.checks import did_you_mean, one_of
 from structures.structure import Vector
 
 Numbers: TypeAlias = NDArray[np.int64]
@@ -63,10 +63,7 @@ def points_of(source: Any, flat: bool = False) -> Vector:
     if flat and points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) < FARTHEST).all():
-        raise ValueError(
-            f"mesh: has points of shape {points.shape}; must be finite numbers below {FARTHEST:g}, with "
-            f"{'two or ' * flat}three coordinates each"
-        )
+        raise ValueError(f"mesh: has points of shape {points.shape}; must be finite numbers, three coordinates each")
     return points
 
 
@@ -92,9 +89,7 @@ def used(points: Vector, cells: Numbers, corners: int) -> tuple[Vector, Numbers,
 def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) -> None:
     """Raise a ValueError for a mesh that is probably in millimetres; what: the reason, other than its size."""
     if scale is None and (np.ptp(points, axis=0).max() > LONGEST_SIDE or unlikely):
-        raise ValueError(
-            f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
-        )
+        raise ValueError(f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0")
 
 
 def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
@@ -108,10 +103,7 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
         if str(name).startswith("gmsh:"):
             continue
         if len(parts) != len(source.cells):
-            raise ValueError(
-                f"mesh: the set {name!r} has {count_of(len(parts), 'block')} of members, the cells have "
-                f"{len(source.cells)}, and which is not known; give the path of the file in place of meshio.read(path)"
-            )
+            raise ValueError(f"mesh: the set {name!r} does not fit the cells; give the path of the file")
         groups[name] = np.zeros(0, dtype=np.int64)
         for i, size, start in zip(blocks, sizes, np.cumsum([0, *sizes]), strict=False):
             members = _members(name, [] if parts[i] is None else parts[i], size)

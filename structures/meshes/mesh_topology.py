@@ -34,10 +34,7 @@ def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
     first, number = _kinds(np.sort(cells[:, :corners], axis=1))
     counted = np.sort(first)
     if counted.size < len(cells):
-        caution(
-            f"mesh: {len(cells) - counted.size} of {len(cells)} cells are listed again with the same points; each "
-            "counts once, with all its tags"
-        )
+        caution(f"mesh: {len(cells) - counted.size} of {len(cells)} cells are listed again; each counts once")
     return cells[counted], np.searchsorted(counted, first[number])
 
 
@@ -53,10 +50,7 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     first, same = _kinds(np.sort(facets, axis=1))
     order, times = np.argsort(same, kind="stable"), np.bincount(same)
     if times.max() > 2:
-        raise ValueError(
-            f"mesh: {times.max()} cells share a side near {near(points[facets[first[times.argmax()]]])}; cells must "
-            "not lie on each other"
-        )
+        raise ValueError(f"mesh: {times.max()} cells share a side near {near(points[facets[first[times.argmax()]]])}")
     ends = np.cumsum(times)[times == 2]
     left, right = order[ends - 2], order[ends - 1]
 
@@ -66,10 +60,7 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     sense = facets[rows, (least + 1) % width] > facets[rows, least - 1] if width > 2 else least == 0
     folded = np.flatnonzero(sense[left] == sense[right])
     if folded.size:
-        raise ValueError(
-            f"mesh: both cells of a side lie on the same side of it near {near(points[facets[left[folded[0]]]])}; "
-            f"{count_of(folded.size, 'cell overlaps', 'cells overlap')} others"
-        )
+        raise ValueError(f"mesh: cells lie on one side of their side near {near(points[facets[left[folded[0]]]])}")
 
     # Points of the boundary that coincide are a seam.
     boundary = np.unique(facets[first[times == 1]])

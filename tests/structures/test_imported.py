@@ -109,7 +109,7 @@ BAD_FILES = [
 
 
 def test_mass_and_stiffness_the_other_way_round_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"mass: its largest number is 1\.7e\+07 kg, that of the"):
+    with pytest.raises(ValueError, match=r"mass: its numbers are larger than those of the stiffness"):
         hl.from_matrices([[1.7e7]], [[0.0141]], hl.PTFE, contact=[1.0])
     assert hl.from_matrices([[0.5]], [[0.0]], hl.PTFE, contact=[1.0]).size == 1  # a free block
 

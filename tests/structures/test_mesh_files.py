@@ -220,7 +220,7 @@ def test_cells_that_are_listed_twice() -> None:
     """As MSH 2.2 writes a volume of two groups: once each, with both tags."""
     twice = np.concatenate([BRICKS, BRICKS[::3, ::-1][:, [3, 2, 1, 0, 7, 6, 5, 4]]])
     mesh = meshio.Mesh(POINTS, [("hexahedron", twice)], cell_data={"part": [np.repeat([1, 2], [27, 9])]})
-    with pytest.warns(hl.HertzlinkWarning, match="9 of 36 cells are listed again with the same points"):
+    with pytest.warns(hl.HertzlinkWarning, match="9 of 36 cells are listed again"):
         found = BodyMesh(mesh)
     assert [found.cells.of("material", tag).size for tag in (1, 2)] == [27, 9]
     assert volume(found) == pytest.approx(VOLUME)
@@ -231,7 +231,7 @@ APEXES = 0.01 * np.array([[0.2, 0.2, 1.0], [0.3, 0.3, 0.8], [0.2, 0.2, -1.0]])
 
 @pytest.mark.parametrize(
     ("apexes", "message"),
-    [([0, 1, 2], "3 cells share a side near"), ([0, 1], "both cells of a side lie on the same side of it near")],
+    [([0, 1, 2], "3 cells share a side near"), ([0, 1], "cells lie on one side of their side near")],
 )
 def test_cells_that_overlap(apexes: list[int], message: str) -> None:
     """Tetrahedra over one triangle."""
@@ -257,9 +257,7 @@ def test_a_curved_cell_that_folds_at_a_corner(share: float) -> None:
     middles = [points[[i, j]].mean(axis=0) for i, j in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
     middles[0] = points[0] + 0.75 * share * (points[1] - points[0])
     mesh = meshio.Mesh(np.concatenate([points, middles]), [("tetra10", np.arange(10)[None])])
-    with pytest.raises(
-        ValueError, match=r"midpoints of 1 of 1 cells fold them, the first \(cell 1\) near \(0\.01, 0, 0\)"
-    ):
+    with pytest.raises(ValueError, match=r"midpoints of 1 cells fold them, one near \(0\.01, 0, 0\)"):
         BodyMesh(mesh)
     mesh.points[4, 0] = 0.0074
     assert volume(BodyMesh(mesh)) > 0.0

@@ -178,7 +178,7 @@ def test_round_faces_can_be_struck() -> None:
     free = solid(mesh, hl.MATERIALS["nylon"], (*TOP[:2], SIDE + 5e-4), patch_radius=WIDE)
     assert free.origin["contact"] == pytest.approx(TOP)
     assert free.contact @ rigid(mesh)[:, 2] == pytest.approx(-1.0)
-    with pytest.raises(ValueError, match=r"lies 0\.001 m off the surface, whose nearest point is"):
+    with pytest.raises(ValueError, match=r"must lie on the surface, as"):
         solid(mesh, hl.MATERIALS["nylon"], (*TOP[:2], SIDE + 1e-3), patch_radius=WIDE)
 
 
@@ -261,7 +261,7 @@ def twice() -> meshio.Mesh:
         (changed(TETRA, points=10.0 * POINTS), "its shortest edge 0.04 m: in millimetres"),
         (
             changed(TETRA, points=POINTS[:, :2]),
-            r"points of shape \(216, 2\); must be finite numbers below 1e\+12, with three coordinates",
+            r"points of shape \(216, 2\); must be finite numbers, three coordinates each",
         ),
         (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite numbers"),
         (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
@@ -299,21 +299,21 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
         ({"fixed": "bas"}, "fixed = 'bas': must be one of .*did you mean 'base'"),
         ({"fixed": 3}, "fixed = 3: must be one of 'base', 'top', 'held'"),
         ({"fixed": "top"}, r"fixed = 'top': holds part of the patch about the contact"),
-        ({"contact": (0.01, 0.01, 0.03)}, r"contact = \(0.01, 0.01, 0.03\) m: lies 0.01 m off.*\(0.01, 0.01, 0.02\)"),
-        ({"contact": (0.01, 0.01, 0.01)}, "lies 0.01 m off the surface"),
-        ({"contact": (0.01, 0.01)}, "must be three numbers"),
-        ({"contact": (0.01, 0.01, float("nan"))}, "contact: must hold finite numbers"),
-        ({"contact": (0.005, 0.01, SIDE)}, "carries 9. % of the patch, as an edge of the body is near"),
-        ({"contact": (SIDE, SIDE, SIDE)}, "of the patch, as an edge of the body is near"),
-        ({"normal": (0.0, 0.0, -1.0)}, r"normal = \(0, 0, -1\): must point outward; that of the surface is \("),
+        ({"contact": (0.01, 0.01, 0.03)}, r"must lie on the surface, as \(0.01, 0.01, 0.02\)"),
+        ({"contact": (0.01, 0.01, 0.01)}, "must lie on the surface"),
+        ({"contact": (0.01, 0.01)}, r"must be \(x, y, z\)"),
+        ({"contact": (0.01, 0.01, float("nan"))}, r"contact\[2\] = nan: must be a finite number"),
+        ({"contact": (0.005, 0.01, SIDE)}, "the face carries 9. % of the patch"),
+        ({"contact": (SIDE, SIDE, SIDE)}, "% of the patch"),
+        ({"normal": (0.0, 0.0, -1.0)}, r"normal = \(0, 0, -1\): must point outward, as \("),
         ({"normal": (0.0, 0.0, 0.0)}, "normal = .*must point outward"),
-        ({"normal": (0.0, 1.0)}, "normal = .*must be three numbers"),
+        ({"normal": (0.0, 1.0)}, r"normal = .*must be \(x, y, z\)"),
         (
             {"patch_radius": None},
-            "edges of 0.00566 m at the contact .*refine them to 0.00111 m, or use .* 0.00849",
+            "edges at the contact .* 0.00111 m, or .* 0.00849",
         ),
         ({"patch_radius": 0.0}, r"patch_radius = 0\.0"),
-        ({"patch_radius": 0.1}, "patch_radius = 0.1: the face around the contact carries"),
+        ({"patch_radius": 0.1}, "patch_radius = 0.1: the face carries"),
         ({"scale": 0.0}, r"scale = 0\.0"),
         ({"curvature": float("inf")}, "curvature = inf"),
     ],
