@@ -152,12 +152,15 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
     table = _table().sel(edge=edge).transpose("ratio", "parameter", "distance")
     ratios, parameters, distances = (table[name].values for name in table.dims)
     named = (
-        ("inelasticity parameter", inelasticity, parameters),
-        ("stiffness ratio", stiffness_ratio, ratios),
+        ("inelasticity parameter", inelasticity, parameters, ""),
+        ("stiffness ratio", stiffness_ratio, ratios, " of the contacts bead on plate and bead on bead"),
     )
-    for name, value, ends in named:
+    for name, value, ends, what in named:
         if not ends[0] * (1.0 - SLACK) <= value <= ends[-1] * (1.0 + SLACK):
-            raise ValueError(f"impact_speed, bead, plate: {name} {value:.4g}: must be {ends[0]:.3g} to {ends[-1]:.4g}")
+            raise ValueError(
+                f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {ends[0]:.3g} "
+                f"and {ends[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
+            )
     by_parameter = PchipInterpolator(np.log(parameters), table.values, axis=1, extrapolate=True)
     at_nodes = BarycentricInterpolator(np.log(ratios), by_parameter(log(inelasticity)))(log(stiffness_ratio))
     fine = np.linspace(0.0, distances[-1], FINE)

@@ -140,7 +140,10 @@ class ModalPlate:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.plate, Plate) and is_modal(self.plate)):
-            raise ValueError(f"plate = {self.plate!r}: must be a plain kirchhoff_plate of one Material")
+            raise ValueError(
+                f"plate = {self.plate!r}: must be a kirchhoff_plate of one Material, clamped, simple or free at each "
+                "edge, without additions and cells; reduce(plate.at(x, y), until) takes others"
+            )
 
     @cached_property
     def _greatest(self) -> float:

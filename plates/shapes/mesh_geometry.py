@@ -109,7 +109,7 @@ def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector,
         boundary = boundary[np.abs(aside).max(axis=0) > _near(mesh)]
     reach = _away(mesh, boundary, place).min() if boundary.size else np.inf
     if reach < radius * (1.0 - NEAREST):
-        raise ValueError(f"patch_radius = {radius:.4g}: the patch at ({_text(place)}) m reaches beyond an edge")
+        raise ValueError(f"patch_radius = {radius:.4g}: at ({_text(place)}) reaches beyond an edge {reach:.3g} m away")
 
 
 def _away(mesh: PlateMesh, facets: Numbers, place: Vector) -> Vector:

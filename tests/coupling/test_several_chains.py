@@ -304,7 +304,7 @@ POINT = hl.ContactPoint(PLATE, 0)
         (SENT, ACRYLIC_ROD, 3.0, "behind = float: must be a Structure"),
         (CHAIN, ACRYLIC_ROD, PTFE_ROD, "striker = Sphere.*: must be None or a PushedBead"),
         ([CHAIN, CHAIN], PLATE, [None], "behind: has 1 entry, must have one for each of 2 chains"),
-        ([CHAIN, CHAIN], PLATE, [None, PTFE_ROD], "striker = Sphere: must be None or a PushedBead"),
+        ([CHAIN, CHAIN], PLATE, [None, PTFE_ROD], "striker = Sphere.*: must be None or a PushedBead"),
         ([CHAIN, CHAIN], POINT, None, "structure: must be a list of 2, or one structure with 2 contact points"),
     ],
 )

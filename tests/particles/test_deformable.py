@@ -189,7 +189,7 @@ def test_too_fast_a_striker_is_named_and_not_its_law() -> None:
 def test_a_law_that_is_stiffer_than_the_beads_is_named() -> None:
     stiff = hl.laws.PowerLaw(1e13)
     for law in (stiff, lambda one, other: stiff):
-        with pytest.raises(ValueError, match=r"^modes = 8: too many for a contact .* of power law"):
+        with pytest.raises(ValueError, match=r"^modes = 8: too many for a contact of power law"):
             hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 0.5, law=law), None).run(1e-6)
 
 

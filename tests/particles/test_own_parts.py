@@ -234,7 +234,7 @@ STEADY_PUSH = np.array([[0.0, 1e-3], [20.0, 20.0], [0.0, 0.0]])
 @pytest.mark.parametrize(
     ("excitation", "message"),
     [
-        (drive("push"), r"Drive\('push', .*: must have a kind of particles\.kernels\.drives"),
+        (drive("push"), r"Drive\('push', .*: must have a kind"),
         (drive(drives.PUSHED, STEADY_PUSH[:2]), "a history of 3 × n"),
         (drive(drives.PUSHED, np.nan * STEADY_PUSH), "a history of 3 × n"),
         (drive(drives.PUSHED, 1.0 + STEADY_PUSH), "a history of 3 × n"),

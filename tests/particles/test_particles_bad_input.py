@@ -106,7 +106,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.contact_law(3.0, crossing()), r"first = 3\.0: must be a body"),
         (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
         *[(lambda bad=bad: hl.Sphere(bad, hl.PTFE), "radius = ") for bad in (0.0, -1e-3, math.inf, "wide", None)],
-        (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m, half"),
+        (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m"),
         # Chains and their ends
         (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),
         (

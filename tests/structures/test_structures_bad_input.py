@@ -142,7 +142,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (
             lambda: hl.damping.damped(BAR, Modal(0.1)),
-            r"structure: its 2 degrees of freedom are not modes .*; reduce it first",
+            r"structure: its 2 degrees of freedom are not modes; reduce it first",
         ),
         (lambda: StandardLinearSolid(0.0, 1e-6), "share"),
         (lambda: StandardLinearSolid(0.1, 0.0), "time"),
