@@ -119,13 +119,11 @@ def waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
 
 def complaints(old: xr.Dataset, now: xr.Dataset, rtol: float) -> Iterator[str]:
     """Yield what differs, in lines; none where all agrees."""
-    axes = dict.fromkeys(str(name) for data in (old, now) for name in data.dims if name != "time")
-    places = {
-        axis: [data[axis].values.tolist() if axis in data.dims else "none" for data in (old, now)] for axis in axes
-    }
-    if other := [f"{axis} = {there} there and {here} here" for axis, (there, here) in places.items() if there != here]:
-        yield from other
-        return
+    for axis in {*old.dims, *now.dims} - {"time"}:
+        there, here = (data[axis].values.tolist() if axis in data.dims else "none" for data in (old, now))
+        if there != here:
+            yield f"{axis} = {there} there and {here} here"
+            return
     ends, step = [1e6 * float(data.time[-1]) for data in (old, now)], 1e6 * float(old.time[1] - old.time[0])
     cut, names = abs(ends[1] - ends[0]) > 1.5 * step, dict.fromkeys([*old.data_vars, *now.data_vars])
     interpolated = now.time.size != old.time.size or not np.allclose(now.time, old.time, rtol=1e-9, atol=0.0)
@@ -158,11 +156,9 @@ def difference(name: str, old: xr.Dataset, now: xr.Dataset, rtol: float) -> str:
         return ""
     at = ", ".join(f"{axis} = {gap[axis].values[place]}" for axis, place in zip(gap.dims, worst, strict=True))
     size, unit = handy([first, second], units)
-    values = " and ".join(
-        f"{size * value:.7g} {unit}".rstrip() + f" {where}" if np.isfinite(value) else f"no wave {where}"
-        for value, where in ((first, "there"), (second, "here"))
-    )
-    return f"{name}{' at ' * bool(at)}{at}: {values}; they differ by {size * off:.2g}, allowed is {size * most:.2g}"
+    values = [f"{size * value:.7g} {unit}".rstrip() if np.isfinite(value) else "no wave" for value in (first, second)]
+    apart = f"; off by {size * off:.2g}, allowed is {size * most:.2g}" if np.isfinite(off) else ""
+    return f"{name}{' at ' if at else ''}{at}: {values[0]} there and {values[1]} here{apart}"
 
 
 def origins(old: xr.Dataset, run: xr.Dataset) -> Iterator[str]:
