@@ -288,9 +288,7 @@ def _syntax(name: str, message: str, text: str) -> str:
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
     reason = f"{words}; this is not valid TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
-        same = [i for i, other in enumerate(rows[: line - 1], 1) if other.split("=")[0] == rows[line - 1].split("=")[0]]
-        first = f", first in line {same[-1]}" if same else ""
-        reason = f"this entry or section is given twice{first}; keep one of them"
+        reason = "this entry or section is given twice; keep one of them"
     elif "Unescaped '\\'" in words or "Invalid hex" in words:
         reason = r'a backslash has a meaning in "..."; write / in paths, or single quotes'
     elif curly := re.search("[“”„‘’]", row):

@@ -147,7 +147,10 @@ def allowed(parameter: Parameter) -> Allowed:
         origin, arguments = get_origin(kind), [one for one in get_args(kind) if one is not ...]
         of = next((note.target for note in notes if isinstance(note, Of)), None)
         if kind in FAMILIES:
-            tables.setdefault(FAMILIES[kind].tag, {}).update(members(kind, registered()))
+            forms, before = members(kind, registered()), tables.setdefault(FAMILIES[kind].tag, {})
+            if twice := sorted(forms.keys() & before.keys()):
+                raise ValueError(f"{twice[0]}: hertzlink has this kind; give yours another name")
+            before.update(forms)
         elif of or (inspect.isclass(kind) and (is_dataclass(kind) or description(kind))):
             form = form_of(resolve_name(of) if isinstance(of, str) else of or kind)
             tables.setdefault("", {})[form.kind] = form

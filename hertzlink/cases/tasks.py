@@ -94,8 +94,7 @@ def task_of(case: Case) -> Task:
     paths = {written(axis.path): axis for axis in task.axes}
     along = paths.get(wanted)
     if along is None:
-        give = f'give [sweep] "{wanted}" = {{ from =, to =, step = }}'
-        cure = f"take one of them: {', '.join(paths)}" if paths else give
+        cure = f"take one of them: {', '.join(paths)}" if paths else "add it there"
         raise Fault(place, f'"{wanted}" is not an axis of [sweep]; {cure}')
     if not along.is_number or len(along.values) < FEWEST_DISTANCES:
         raise Fault(place, f'"{wanted}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
