@@ -115,6 +115,12 @@ def test_results_name_the_file_of_its_code(cantilever: Path) -> None:
             ("--with", "mine.py"),
             "mine.py: hertzlink has this kind; give it another name",
         ),
+        (
+            "def cantilever",
+            "def kirchhoff_plate",
+            ("--with", "mine.py"),
+            "kirchhoff_plate: hertzlink has this kind; give",
+        ),
     ],
 )
 def test_what_is_wrong_with_it_is_one_line(
