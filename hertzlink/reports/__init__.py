@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, HEIGHT = 5.2, 3.3  # Size of a figure, inches: its letters can be read on a telephone.
-MOST_OPEN = 12  # Tables of more rows are folded.
 
 
 @dataclass(frozen=True)
@@ -37,11 +36,6 @@ class Picture:
     def address(self) -> str:
         """The figure itself, as an address inside the page."""
         return "data:image/svg+xml;base64," + base64.b64encode(svg(self.figure).encode()).decode()
-
-    @property
-    def width(self) -> float:
-        """Width at which its letters have their size, CSS pixels."""
-        return float(96.0 * self.figure.get_figwidth())
 
     @property
     def words(self) -> str:
@@ -62,11 +56,6 @@ class Table:
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     notes: Sequence[str] = ()
-
-    @property
-    def folded(self) -> bool:
-        """True for a long table, which a click opens."""
-        return len(self.rows) > MOST_OPEN and not self.notes
 
 
 @dataclass
@@ -140,7 +129,6 @@ def sketch_and_input(data: xr.Dataset, setup: Any = None) -> tuple[list[Picture]
     if setup is not None:
         sketches.described_input(setup, "setup")  # refuses what cannot be drawn
     with suppress(ValueError):  # of data that do not hold it
-        sketches.described_input(source)
         pictures = [drawn("setup", "The set-up to scale.", lambda ax: sketches.setup(source, ax))]
     texts = [("The case", str(data.attrs["case"]))] if "case" in data.attrs else []
     if inputs := stored(data.attrs.get("input")):
