@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from io import BytesIO
-from textwrap import fill
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from coupling.inference.identification import as_text
 from coupling.signals.overview import COLOURED, Look, Overview
 from hertzlink.reports import default_style
 from structures.checks import count_of
@@ -26,37 +26,36 @@ REMARKS = {".png": "Comment", ".svg": "Description", ".pdf": "Subject"}
 
 
 def table(seen: Overview) -> str:
-    """Return the channels of a file as lines of at most 80 columns."""
-    first = seen.looks[0]
+    """Return the channels of a file as a table, and what may mislead below it, in lines of at most 80 columns."""
+    first, looks = seen.looks[0], seen.looks[:SHOWN]
     step = float(first.time[1] - first.time[0])
     begin, end = (readable(float(first.time[k]), "s", 4) for k in (0, -1))
-    lines = [
-        f"{seen.kind}, {first.time.size} samples, one every {readable(step, 's', 4)}, from {begin} to {end}",
-        f"{'column':>6}  {'name':14}{'least':>10}{'greatest':>10}{'step':>10}{'noise':>10}  {'hum':14}",
-    ]
-    for look in seen.looks[:SHOWN]:
+    rows, notes = [("column", "name", "least", "greatest", "step", "noise", "hum")], list[str]()
+    for look in looks:
         ends = np.nanmin(look.values), np.nanmax(look.values)
-        sizes = (f"{readable(float(value), look.unit):>10}" for value in (*ends, look.measures.step, look.noise))
+        sizes = (readable(float(value), look.unit) for value in (*ends, look.measures.step, look.noise))
         hum = "lead too short" if look.lead < 0.02 else "none"  # a period of 50 Hz
         if look.hum:
             hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}"
-        lines.append(f"{look.column:6d}  {look.name[:13]:14}{''.join(sizes)}  {hum}")
-        its_step = float(look.time[1] - look.time[0])
-        if look.time.size != first.time.size or abs(its_step - step) > 1e-3 * step:
-            lines.append(f"{'':8}{look.time.size} samples, one every {readable(its_step, 's', 4)}")
-        lines += [f"{'':8}{text}" for text in remarks(look)]
+        rows.append((str(look.column), look.name[:13], *sizes, hum))  # type: ignore[arg-type]
+        notes += [f"column {look.column}: {text}" for text in remarks(look, first)]
     if len(seen.looks) > SHOWN:
-        lines.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
-    lines += [fill(f"column {column}: {reason}", 80) for column, reason in [*seen.refused.items()][:SHOWN]]
+        notes.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
+    notes += [f"column {column}: {reason}" for column, reason in [*seen.refused.items()][:SHOWN]]
     if step > COARSE:
         coarse = f"note: a sample every {readable(step, 's', 4)} is too coarse for contacts of beads"
-        lines.append(fill(f'{coarse}; if the times are in ms or µs, give identify time_unit = "ms" or "us"', 80))
-    return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
+        notes.append(f'{coarse}; if the times are in ms or µs, give identify time_unit = "ms" or "us"')
+    notes += [f"note: {note}"[:200] for note in seen.notes[:SHOWN]]
+    what = f"{seen.kind}, {first.time.size} samples, one every {readable(step, 's', 4)}, from {begin} to {end}"
+    return f"{what}\n{as_text(rows, notes, are_numbers=True)}"
 
 
-def remarks(look: Look) -> Iterator[str]:
-    """Yield what may mislead a fit."""
+def remarks(look: Look, first: Look) -> Iterator[str]:
+    """Yield what may mislead a fit. first: the first channel of the file."""
     span, step, white = float(np.nanmax(look.values) - np.nanmin(look.values)), look.measures.step, look.measures.noise
+    its, usual = (float(one.time[1] - one.time[0]) for one in (look, first))
+    if look.time.size != first.time.size or abs(its - usual) > 1e-3 * usual:
+        yield f"{look.time.size} samples, one every {readable(its, 's', 4)}"
     if look.clipped:
         yield f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range"
     if missing := int(np.isnan(look.values).sum()):

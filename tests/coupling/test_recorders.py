@@ -134,7 +134,7 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert ended("signal", str(tmp_path / "hum.mat"), "--picture", str(tmp_path / "a.png")) == 0
     lines = capsys.readouterr().out.split("\n")
     assert lines[0] == "a file of MATLAB (.mat), 80000 samples, one every 1 µs, from 0 s to 80 ms"
-    assert re.match(r" +1  A +-2\d(\.\d)? mV +1 V +1 mV +1[34]\.\d mV  50 Hz (19\.9|20|20\.1) mV$", lines[2])
+    assert re.match(r"1 +A +-2\d(\.\d)? mV +1 V +1 mV +1[34]\.\d mV  50 Hz (19\.9|20|20\.1) mV$", lines[2])
     assert f"{int((volts == 1.0).sum())} samples are clipped" in lines[3]
     assert lines[4].endswith("as much as white noise would: hum or drift")
     scipy.io.savemat(tmp_path / "turned.mat", {"A": noise - pulse, "Tinterval": 1e-6, "Tstart": 0.0})
