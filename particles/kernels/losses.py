@@ -42,17 +42,17 @@ def overlap_at(law: Any, i: int, approach: float, flexibility: float) -> float:
 
 @inner(forceinline=True)
 def force_and_loss(
-    law: Any, loss: Any, i: int, approach: float, overlap: float, rate: float, flexibility: float
+    law: Any, loss: Any, i: int, approach: float, overlap: float, elastic: float, rate: float, flexibility: float
 ) -> tuple[float, float]:
-    """Return the force of a contact, N, and the power that its loss takes, W; overlap: its own part of the approach.
+    """Return the force of a contact, N, and the power that its loss takes, W, from its elastic force, N.
 
-    The loss acts on the contact's own part of the rate, m/s; a massless spring (m/N) yields to it, to first order.
+    overlap: the contact's own part of the approach, m. The loss acts on that part of the rate, m/s; a massless spring
+    (m/N) yields to it, to first order.
     """
-    elastic, released = force(law, i, overlap), elastic_overlap(law, i, overlap)
     # A striker that just touches pushes its dashpot at once. A dent that is not touched any more has no loss.
     if elastic_overlap(law, i, approach) < 0.0:
         return elastic, 0.0
-    tangent = slope(law, i, overlap)
+    released, tangent = elastic_overlap(law, i, overlap), slope(law, i, overlap)
     if flexibility == 0.0:
         total = with_loss(loss, i, elastic, tangent, released, rate)
     else:
@@ -69,7 +69,7 @@ def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility
     overlap = overlap_at(law, i, approach, flexibility)
     if not loses(loss):
         return force_of_step(law, i, overlap), 0.0
-    total, power = force_and_loss(law, loss, i, approach, overlap, rate, flexibility)
+    total, power = force_and_loss(law, loss, i, approach, overlap, force(law, i, overlap), rate, flexibility)
     force_of_step(law, i, overlap)
     return total, power
 

@@ -2,8 +2,8 @@
 
 from typing import Any, NamedTuple
 
-from particles.kernels.laws import energy, force, overlap_on_spring
-from particles.kernels.losses import drag, force_and_loss
+from particles.kernels.laws import energy, force
+from particles.kernels.losses import drag, force_and_loss, overlap_at
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
@@ -46,10 +46,13 @@ def settle(chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector
     work: two rows, for the approaches between poles and the overlaps, m.
     """
     striker, last, cross = chains.ends[c].striker, chains.ends[c].last, chains.vibrations.cross
-    approach, overlaps = work[0], work[1]
+    approach, overlaps, rigid = work[0], work[1], chains.vibrations.struck.shape[1] == 0
     for i in range(striker, last + 1):
         approach[i] = between_poles(chains, y, i, last, wall)
-    for _ in range(MOST_SWEEPS if chains.vibrations.struck.shape[1] > 0 else 1):
+        if rigid:
+            overlaps[i] = overlap_at(law, i, approach[i], chains.spring[i])
+            forces[i] = force(law, i, overlaps[i])
+    for _ in range(0 if rigid else MOST_SWEEPS):
         change, largest = 0.0, 0.0
         for i in range(striker, last + 1):
             shared = approach[i]
@@ -57,8 +60,7 @@ def settle(chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector
                 shared += cross[i] * forces[i - 1]
             if i < last:
                 shared += cross[i + 1] * forces[i + 1]
-            if chains.spring[i] != 0.0:
-                shared = overlap_on_spring(law, i, shared, chains.spring[i])
+            shared = overlap_at(law, i, shared, chains.spring[i])
             push = force(law, i, shared)
             change, largest = max(change, abs(push - forces[i])), max(largest, push)
             overlaps[i], forces[i] = shared, push
@@ -78,7 +80,7 @@ def forces_between(
     settle(chains, law, c, y, wall, forces, work)
     for i in range(chains.ends[c].striker, last + 1):
         closing, flexibility = between_poles(chains, v, i, last, rate), chains.spring[i]
-        forces[i], taken = force_and_loss(law, chains.loss, i, work[0, i], work[1, i], closing, flexibility)
+        forces[i], taken = force_and_loss(law, chains.loss, i, work[0, i], work[1, i], forces[i], closing, flexibility)
         power += taken
     return power
 
