@@ -122,7 +122,7 @@ def test_nothing_pulls_and_nothing_overlaps(ratio: float) -> None:
         (SPHERE, None, {"max_force": 1.0, "max_approach": 1e-6}, "max_force = 1.0, max_approach = 1e-06"),
         (SPHERE, None, {"max_approach": -1e-6}, "max_approach"),
         (SPHERE, None, {"max_force": 0.0}, "max_force"),
-        (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-3}, "spacing = 0.001 m: leaves"),
+        (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-3}, "spacing = 0.001 m: must be smaller"),
         (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-9}, "spacing = 1e-09"),
         (SPHERE, None, {"max_approach": 8e-3}, "max_approach = 0.008: must lie between"),
         (SPHERE, None, {"max_approach": 1e-30}, "max_approach = 1e-30: must lie between"),
