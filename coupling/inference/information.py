@@ -1,11 +1,10 @@
 """What a signal can determine before it is measured: Fisher information and Cramér–Rao bounds."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
-import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import BLIND, DEVIATIONS, HALF, IDENTIFIED, NUISANCE, Printed, as_text
@@ -114,108 +113,85 @@ def identifiability(
     ('identified', True)
     """
     one_of("compare", compare, ("waveform", "features"))
-    design = Design(build, values, sensors, until, nuisances, noise, sample_every)
-    derivatives = design.waveform if compare == "waveform" else design.features
+    if not values:
+        raise ValueError("values: name at least one unknown of the builder, such as thickness=2e-3")
+    values = {name: finite(name, value) for name, value in values.items()}
+    if zero := [name for name, value in values.items() if value == 0.0]:
+        raise ValueError(f"{zero[0]} = 0: bounds are relative to the value, which must not be zero")
+    step, noise = positive("sample_every", sample_every, "s"), positive("noise", noise)
+    Likely.NOISE.warn("identifiability", "noise", noise)
+    Likely.SAMPLE.warn("identifiability", "sample_every", step)
+    beads = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
+    ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in values.items()]
+    until = length_of(build, ranges, until)
+    if until / step > MOST_SAMPLES:
+        raise ValueError(f"sample_every = {step!r} s: makes more than {MOST_SAMPLES:.0e} samples of a trace")
+
+    # A signal without noise at the values; unknowns change by parts of these.
+    prediction, places = Prediction(build, ranges, beads, until), np.full(len(ranges), 0.5)
+    asked, time = nuisances_of(nuisances, values), np.arange(0.0, until, step)
+    rows = [
+        Sensor(bead, np.interp(time, prediction.time, trace), noise * max(float(trace.max()), 1e-300))
+        for bead, trace in zip(beads, prediction.trace(places), strict=True)
+    ]
+    misfit, names = Misfit(prediction, Measured(time, rows), {OFFSET} & {*asked}), [*values]
+    if compare == "waveform":
+        names += [*[TIME_ZERO] * (TIME_ZERO in asked), *[f"{GAIN} {bead}" for bead in beads if GAIN in asked]]
+
+    def columns(steps: Vector) -> Vector:
+        """Return the derivatives of what is compared over its error, those of the unknowns over twice some steps."""
+        if compare == "features":
+            return _features(misfit, places, steps)
+        point = misfit.at(places, steps)
+        own = np.hstack([point.fit.slope[:, None], point.fit.gain_columns])
+        return np.hstack([point.columns, own[:, [TIME_ZERO in asked, *[GAIN in asked] * len(beads)]]])
+
+    def bounds(found: Vector) -> Vector:
+        """Return the error of each parameter, infinite where there is less to compare than to find, or no change."""
+        there = found[np.isfinite(found).all(axis=1)]
+        none = ~there.any(axis=0) | (there.shape[0] < there.shape[1])
+        return np.where(none, inf, np.sqrt(np.diag(inverse(there))))
 
     # Steps that suit the errors, and a warning where half of them change an error that is not blind by a tenth.
-    first = np.array([*bounds_of(derivatives(1e-3))[0].values()])[: len(values)]
-    steps = steps_for(first)
-    columns = derivatives(steps)
-    bounds, halved = bounds_of(columns)[0], bounds_of(derivatives(0.5 * steps))[0]
-    notes, away = [*design.prediction.warnings.values()], {n: abs(halved[n] / bounds[n] - 1.0) for n in values}
+    steps = steps_for(bounds(columns(np.full(places.size, 1e-3)))[: places.size])
+    compared = columns(steps)
+    errors, halved = bounds(compared), bounds(columns(0.5 * steps))
+    ratio = np.divide(halved, errors, out=np.ones(errors.size), where=np.isfinite(errors))
+    notes, away = [*prediction.warnings.values()], abs(ratio - 1.0)[: places.size]
     warn(notes)
-    if unsure := [name for name in values if away[name] > 0.1 and DEVIATIONS * bounds[name] <= HALF]:
-        largest = 100.0 * max(away[name] for name in unsure)
-        notes.append(f"bounds of {', '.join(unsure)} are exact to {largest:.0f} % only")
-    if missing := int(columns[..., 0].isnull().sum()):
-        notes.append(f"{missing} of {columns[..., 0].size} features have no wave to be measured of")
-    unit = {TIME_ZERO: design.misfit.unit} | {name: abs(value) for name, value in design.values.items()}
-    return Information(design.values, {name: bound * unit.get(name, 1.0) for name, bound in bounds.items()}, notes)
+    if (unsure := (away > 0.1) & (DEVIATIONS * errors[: places.size] <= HALF)).any():
+        shown = ", ".join(name for name, is_unsure in zip(values, unsure, strict=True) if is_unsure)
+        notes.append(f"bounds of {shown} are exact to {100.0 * away[unsure].max():.0f} % only")
+    if missing := int(np.isnan(compared[:, 0]).sum()):
+        notes.append(f"{missing} of {len(compared)} features have no wave to be measured of")
+    unit = {TIME_ZERO: misfit.unit} | {name: abs(value) for name, value in values.items()}
+    found = {name: error * unit.get(name, 1.0) for name, error in zip(names, errors.tolist(), strict=True)}
+    return Information(values, found, notes)
 
 
-class Design:
-    """A noise-free signal at the values, and the derivatives of what is compared, each over its error: DataArrays over
-    "parameter", the unknowns, changed by parts of their values, and nuisances."""
+def _features(misfit: Misfit, places: Vector, steps: Vector, draws: int = 64) -> Vector:
+    """Return the derivatives of AR and TOF at all sensors over their errors in noisy draws, feature × unknown; NaN
+    where a wave is missing. 64 draws are exact to 9 %."""
+    prediction, sensors, random = misfit.prediction, misfit.measured.sensors, np.random.default_rng(0)
+    moving = prediction.first.chain
+    hop = moving.transit_time / (count := len(moving.chain.beads))
 
-    def __init__(
-        self, build: Callable[..., CoSimulation], values: Mapping[str, float], sensors: Iterable[int],
-        until: float | None, nuisances: Iterable[str], noise: float, sample_every: float,
-    ) -> None:  # fmt: skip
-        if not values:
-            raise ValueError("values: name at least one unknown of the builder, such as thickness=2e-3")
-        self.values = {name: finite(name, value) for name, value in values.items()}
-        if zero := [name for name, value in self.values.items() if value == 0.0]:
-            raise ValueError(f"{zero[0]} = 0: bounds are relative to the value, which must not be zero")
-        step, noise = positive("sample_every", sample_every, "s"), positive("noise", noise)
-        Likely.NOISE.warn("identifiability", "noise", noise)
-        Likely.SAMPLE.warn("identifiability", "sample_every", step)
-        ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in self.values.items()]
-        beads = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
-        until = length_of(build, ranges, until)
-        if until / step > MOST_SAMPLES:
-            raise ValueError(f"sample_every = {step!r} s: makes more than {MOST_SAMPLES:.0e} samples of a trace")
-        self.prediction, self.places = Prediction(build, ranges, beads, until), np.full(len(ranges), 0.5)
-        self.nuisances, time = nuisances_of(nuisances, values), np.arange(0.0, until, step)
-        rows = [
-            Sensor(bead, np.interp(time, self.prediction.time, trace), noise * max(float(trace.max()), 1e-300))
-            for bead, trace in zip(beads, self.prediction.trace(self.places), strict=True)
-        ]
-        self.misfit = Misfit(self.prediction, Measured(time, rows), {OFFSET} & {*self.nuisances})
+    def primaries(time: Vector, forces: Vector) -> Vector:
+        features = list[float]()
+        with collected():
+            signal = as_signal(time, dict(zip(prediction.sensors, forces, strict=True)))
+            for n in prediction.sensors:
+                # A wave is back after 0.86 or more of the time that theory gives, in compressed chains; what comes
+                # earlier is the tail of the incident one.
+                wave = reflections(signal, n, earliest=0.8 * 2.0 * (count - n) * hop).primary
+                found = isinstance(wave, ReflectedWave)
+                features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2
+        return np.array(features)
 
-    def waveform(self, steps: Vector | float = 1e-3) -> xr.DataArray:
-        """Return the derivatives of all samples, sensor × time × parameter; of the unknowns over twice these steps."""
-        point, beads = self.misfit.at(self.places, np.broadcast_to(steps, self.places.shape)), self.prediction.sensors
-        gains = [f"{GAIN} {bead}" for bead in beads]
-        columns = np.hstack([point.columns, point.fit.slope[:, None], point.fit.gain_columns])
-        names, time = [*self.values, TIME_ZERO, *gains], self.misfit.measured.time
-        axes = {"sensor": beads, "time": time, "parameter": names}
-        data = xr.DataArray(columns.reshape(len(beads), -1, len(names)), axes, tuple(axes))
-        free = [*self.values, *[TIME_ZERO] * (TIME_ZERO in self.nuisances), *gains * (GAIN in self.nuisances)]
-        return data.sel(parameter=free)
-
-    def features(
-        self, steps: Vector | float = 1e-3, sensors: Sequence[int] | None = None, until: float = inf, draws: int = 64
-    ) -> xr.DataArray:
-        """Return the derivatives of AR and TOF at sensors, feature × parameter, over their errors in noisy draws; NaN
-        where a wave is missing. until: the end of the record, s; 64 draws are exact to 9 %."""
-        beads, random = sensors or self.prediction.sensors, np.random.default_rng(0)
-        moving = self.prediction.first.chain
-        hop = moving.transit_time / (count := len(moving.chain.beads))
-
-        def primaries(time: Vector, forces: Vector) -> Vector:
-            features = list[float]()
-            with collected():
-                signal = as_signal(time, dict(zip(beads, forces, strict=True)))
-                for n in beads:
-                    # A wave is back after 0.86 or more of the time that theory gives, in compressed chains; what comes
-                    # earlier is the tail of the incident one.
-                    wave = reflections(signal, n, earliest=0.8 * 2.0 * (count - n) * hop).primary
-                    found = isinstance(wave, ReflectedWave)
-                    features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2
-            return np.array(features)
-
-        measured, rows = self.misfit.measured, [self.prediction.sensors.index(n) for n in beads]
-        time, early = measured.time[measured.time <= until], self.prediction.time <= until
-        clean = np.stack([measured.sensors[row].force[: time.size] for row in rows])
-        noise = np.array([measured.sensors[row].noise for row in rows])[:, None]
-        noisy = [primaries(time, clean + random.normal(size=clean.shape) * noise) for _ in range(draws)]
-        spread = np.std(noisy, axis=0)
-        moved = np.eye(self.places.size) * steps
-        traces = self.prediction.traces([*(self.places + moved), *(self.places - moved)])
-        found = [primaries(self.prediction.time[early], trace[rows][:, early]) for trace in traces]
-        above, below = np.reshape(found, (2, self.places.size, -1))
-        changes = (above - below).T / (2.0 * np.diag(moved)) / np.where(spread > 0.0, spread, np.nan)[:, None]
-        return xr.DataArray(changes, {"parameter": [*self.values]}, ("feature", "parameter"))
-
-
-def bounds_of(derivatives: xr.DataArray, known: Iterable[str] = ()) -> tuple[dict[str, float], xr.DataArray]:
-    """Return the bound of each parameter but those that are known, and the correlations of the estimates; a bound is
-    infinite where there is less to compare than to find, or where nothing changes."""
-    columns = derivatives.drop_sel(parameter=list(known))
-    names, rows = columns.parameter.values.tolist(), columns.values.reshape(-1, columns.sizes["parameter"])
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    covariance = inverse(rows)
-    errors = np.sqrt(np.diag(covariance))
-    none = ~rows.any(axis=0) | (rows.shape[0] < rows.shape[1])
-    bounds = dict(zip(names, np.where(none, inf, errors).tolist(), strict=True))
-    return bounds, xr.DataArray(covariance / np.outer(errors, errors), {"unknown": names, "other": names})
+    clean, noise = np.stack([one.force for one in sensors]), np.array([[one.noise] for one in sensors])
+    noisy = [primaries(misfit.measured.time, clean + random.normal(size=clean.shape) * noise) for _ in range(draws)]
+    spread, moved = np.std(noisy, axis=0), np.eye(places.size) * steps
+    traces = prediction.traces([*(places + moved), *(places - moved)])
+    above, below = np.reshape([primaries(prediction.time, trace) for trace in traces], (2, places.size, -1))
+    slopes: Vector = (above - below).T / (2.0 * steps)
+    return slopes / np.where(spread > 0.0, spread, np.nan)[:, None]
