@@ -103,8 +103,8 @@ def test_fast_hum_is_no_wave(run: xr.Dataset, frequency: float, part: float) -> 
 def test_a_wave_that_is_much_stronger_than_the_first() -> None:
     time = np.arange(0.0, 1e-3, STEP)
     force = sum(height * np.exp(-(((time - at) / 2e-5) ** 2)) for height, at in ((10.0, 3e-4), (30.0, 6e-4)))
-    (message,) = said(hl.as_signal(time, {7: force}), 7)
-    assert "the first wave, 10 N, is much weaker than the one at 600 µs, 30 N" in message
+    messages = said(hl.as_signal(time, {7: force}), 7)
+    assert any("the first wave, 10 N, is much weaker than the one at 600 µs, 30 N" in one for one in messages)
 
 
 @pytest.mark.parametrize(
