@@ -152,11 +152,13 @@ def identifiability(
         none = ~there.any(axis=0) | (there.shape[0] < there.shape[1])
         return np.where(none, inf, np.sqrt(np.diag(inverse(there))))
 
-    # Steps that suit the errors, and a warning where half of them change an error that is not blind by a tenth.
-    steps = steps_for(bounds(columns(np.full(places.size, 1e-3)))[: places.size])
+    # Steps that are too wide for the curvature of the model, or so narrow that rounding counts, make unknowns look more
+    # different than they are. So the largest bound is the nearest, with a warning where the next differs by a tenth.
+    narrow, narrower = (bounds(columns(np.full(places.size, step))) for step in (1e-3, 1e-4))
+    steps = steps_for(narrow[: places.size])
     compared = columns(steps)
-    errors, halved = bounds(compared), bounds(columns(0.5 * steps))
-    ratio = np.divide(halved, errors, out=np.ones(errors.size), where=np.isfinite(errors))
+    second, errors = np.sort([narrower, narrow, bounds(compared), bounds(columns(0.5 * steps))], axis=0)[2:]
+    ratio = np.divide(second, errors, out=np.ones(errors.size), where=np.isfinite(errors))
     notes, away = [*prediction.warnings.values()], abs(ratio - 1.0)[: places.size]
     warn(notes)
     if (unsure := (away > 0.1) & (DEVIATIONS * errors[: places.size] <= HALF)).any():

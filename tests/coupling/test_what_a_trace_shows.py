@@ -49,6 +49,12 @@ def test_an_alloy_of_any_modulus_bends_like_another_plate() -> None:
     assert same == pytest.approx(first, abs=1e-3 * first.max())
     assert abs(other - first).max() > 0.02 * first.max()
 
+    def build(distance: float, thickness: float, modulus: float) -> hl.CoSimulation:
+        return edge(distance, thickness, 0.31, modulus)
+
+    values = {"distance": 0.06, "thickness": THICKNESS, "modulus": ALLOY.youngs_modulus}
+    assert hl.identifiability(build, 0.01, [7], SHORT, **values).verdict("modulus") == "blind"
+
 
 @pytest.mark.thorough
 def test_the_contact_shows_the_modulus() -> None:
