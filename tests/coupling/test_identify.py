@@ -401,21 +401,6 @@ def test_a_prediction_is_no_longer_than_the_structure_was_made_for(made_for: flo
         hl.identify(signal, build, until=1.1 * made_for, thickness=(2e-3, 6e-3))
 
 
-def test_an_unknown_that_must_be_a_whole_number_is_named() -> None:
-    """The number of beads varies by jumps, so that no fit and no derivative can use it."""
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-
-    def build(modulus: float, beads: float) -> hl.CoSimulation:
-        wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
-        return hl.CoSimulation(hl.Chain([bead] * beads, bead, 0.3), wall)  # type: ignore[operator]
-
-    signal = hl.as_signal(np.linspace(0.0, 5e-4, 501), {5: np.sin(np.linspace(0.0, 9.0, 501))})
-    with pytest.raises(ValueError, match=r"beads = 10\.0: .* continuously"):
-        hl.identify(signal, build, modulus=(1e9, 10e9), beads=(8, 12))
-    with pytest.raises(ValueError, match=r"beads = 10\.0: .* continuously"):
-        hl.sensitivities(build, 5e-4, 5, modulus=3e9, beads=10)
-
-
 @pytest.mark.thorough
 def test_a_fit_of_many_unknowns_advises_another_seed() -> None:
     """It begins with least squares on runs, and says that these may end at another minimum."""
