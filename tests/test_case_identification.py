@@ -132,7 +132,7 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert distances == [("elastic", pytest.approx(19.46, abs=0.1)), ("Jackson-Green", pytest.approx(24.87, abs=0.1))]
     assert {row[-1] for row in rows_of("critical/points.csv")} == {"elastic", "Jackson-Green"}
     page = Path("critical/report.html").read_text(encoding="utf-8")
-    assert re.search(r"no influence beyond 19.4\d mm \(19.* mm\) on elastic contacts, beyond 24.8\d mm \(24", page)
+    assert re.search(r"Beyond 19.4\d mm \(19.* mm\) the edge .* on elastic contacts, and beyond 24.8\d mm \(24", page)
 
 
 BRASS = """

@@ -7,11 +7,12 @@ import xarray as xr
 
 from coupling.plots.canvas import INK, PALE, SMALL, axes_for, plain, styled
 from structures.checks import instance, one_of
+from structures.units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHOWN = {"value": ("viridis", "#.4g"), "error": ("magma_r", ".1g")}  # colours, and the format of numbers
+SHOWN = {"value": ("viridis", None), "error": ("magma_r", 0.0)}  # colours, and where they begin
 MARKS = {"failed": "x", "not trusted": "o", "blind": "s", "at the end of its range": "^"}  # of verdicts to distrust
 MOST_NUMBERS = 49  # points of a map in which the numbers stand as well
 
@@ -51,7 +52,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
         raise ValueError("taps: must be what map_taps returned")
     names = [str(name) for name in taps.unknown.values]
     name = names[0] if unknown is None else one_of("unknown", unknown, names)
-    colours, number = SHOWN[one_of("show", show, SHOWN)]
+    colours, least = SHOWN[one_of("show", show, SHOWN)]
     one = taps.sel(unknown=name)
     size, unit = float(one.unit_size), str(one.unit.item())
     verdicts = np.array([str(verdict).partition(":")[0] for verdict in one.verdict.values])
@@ -68,6 +69,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     corners = zip(x[known] - 0.5 * width, y[known] - 0.5 * height, strict=True)
     squares = PatchCollection([Rectangle(one, width, height) for one in corners], cmap=colours, edgecolor="white")
     squares.set_array(value[known])
+    squares.set_clim(least)
     ax.add_collection(squares)
     label = plain(name) + f" ({unit})" * bool(unit)
     words = label if show == "value" else f"half of the 95 % interval of\n{label}"
@@ -75,8 +77,9 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     for place in known if len(value) <= MOST_NUMBERS else ():
         red, green, blue, _ = squares.to_rgba(value[place])
         ink = "white" if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else INK
-        below, text = y[place] - 0.32 * height, f"{value[place]:{number}}"
-        ax.text(x[place], below, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
+        text = f"{value[place]:#.4g}" if show == "value" else readable(value[place], "", 1)
+        level = y[place] - 0.32 * height * (verdicts[place] in MARKS)  # below its marker
+        ax.text(x[place], level, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
 
     for verdict, marker in MARKS.items():
         here = verdicts == verdict

@@ -17,7 +17,7 @@ from matplotlib.patches import Ellipse, Rectangle
 
 from coupling.cosimulation import CoSimulation
 from coupling.plots.canvas import COLOURS, INK, PALE, ROW, SMALL, axes_for, legend_below, plain, round_number
-from coupling.plots.swept import varied, words_of
+from coupling.plots.swept import parameter, varied, words_of
 from coupling.results.provenance import stored
 from coupling.results.schema import FIRST, LAST
 from structures.checks import count_of, short
@@ -67,7 +67,9 @@ def setup(run: Any, ax: Axes | None = None) -> Axes:
     inputs = described_input(run)
     ax = axes_for(ax, width=7.2)
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
-        note(ax, f"varied, drawn is the first run: {words_of(run[name])}, {values}")
+        first, (factor, unit) = run[name].values[0], parameter(run[name])
+        first = f"{factor * first:.5g} {unit}".rstrip() if np.isreal(first) else first
+        note(ax, f"drawn: the first run, {words_of(run[name])} {first}; varied: {values}")
     chains = inputs.get("chains") or [inputs["chain"]]
     structures: list[Any] = inputs.get("structures") or [inputs.get("structure")]
     structures = [{"kind": one} if isinstance(one, str) else one for one in structures]

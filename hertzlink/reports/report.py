@@ -52,6 +52,8 @@ def report(
     """
     if not isinstance(path, str | Path) or not str(path):
         raise ValueError(f"path = {short(path)}: must be the name of a file")
+    if Path(path).is_dir() or not Path(path).parent.is_dir():
+        raise ValueError(f"path = {str(path)!r}: must be a file in a folder that exists")
     if title is not None and not isinstance(title, str):
         raise ValueError(f"title = {short(title)}: must be text")
     write_file(Path(path), html(page_of(result, title, sensors, setup)).encode("utf-8", "replace"))
@@ -79,13 +81,13 @@ def page_of(
         elif kind_of(data) in (RUN, SIGNAL):
             page = run_page(data, sensors, yielded)
         else:
-            raise ValueError(
-                f"result = {short(result)}: must be a run, a sweep, a signal, or what identify or map_taps returned, "
-                "or a Dataset of these"
-            )
+            has_cure = hasattr(result, "noted_in")  # a budget, which a run can hold
+            what = f"is of {type(result).__name__}" if has_cure else f"= {short(result)}"
+            cure = "the run that it is of, budget.noted_in(run, ...)" if has_cure else "a run, a sweep, a signal"
+            raise ValueError(f"result {what}: must be {cure}, or what identify or map_taps returned, as a Dataset too")
         sketch, page.texts = sketch_and_input(data, setup)
     page.title = title or page.title
     page.pictures[:0] = sketch
     page.warnings = one_of_each([*findings_of(data), *said])
-    page.facts = usual_facts(took, data.attrs)
+    page.facts = usual_facts(None if "taps" in data else took, data.attrs)  # a map may continue an earlier one
     return page

@@ -26,7 +26,7 @@ from coupling.results.schema import RUN, kind_of, unit_of
 from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave, Wave
 from hertzlink.reports import HEIGHT, WIDTH, Page, Picture, Table, drawn
 from structures.checks import count_of
-from structures.units import handy
+from structures.units import handy, readable
 
 MOST_ROWS, MOST_PICTURES = 60, 4  # Of a table and of a measure; the files beside a report hold all.
 
@@ -36,7 +36,7 @@ DEFINED = (
     "bead. Bead 1 is the struck one."
 )
 
-WHICH_DISTANCE = "Keep to the greater of the two distances: it holds on fresh spots and on dented ones."
+WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spots and on spots that taps have dented."
 
 FRESH_SPOT = (
     "The first tap on a fresh spot dents the metal, which takes energy from the wave: there the values with yielding "
@@ -191,7 +191,7 @@ def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str
 def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     """Return the page of a critical distance, for each combination of the other parameters."""
     page, critical, words = Page("Critical distance"), data.critical_distance, words_of(data.distance)
-    what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
+    what = "the edge" if "distance" in words else words
     # A case with a law of its own has one result, whose contacts may yield.
     spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
     (factor, unit), rows = parameter(data.distance), list[list[str]]()
@@ -201,21 +201,24 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
         curves = {spot: runs.isel(dict(zip(critical.dims, place, strict=True))) for spot, runs in spots.items()}
         for spot, curve in curves.items():
             low, high = factor * curve.bracket.values.ravel()
-            distance, between = f"{factor * float(curve.critical_distance):.4g}", f"{low:.4g} to {high:.4g}"
-            said = f"has no influence beyond {distance} {unit} ({between} {unit})"
+            ends = low, factor * float(curve.critical_distance), high
+            low_end, distance, high_end = (f"{end:#.4g}".rstrip(".") for end in ends)
+            between, changes = f"{low_end} to {high_end}", f"{what} changes AR by less than {float(curve.within):g}"
+            said = f"beyond {distance} {unit} ({between} {unit}) {changes}"
             if np.isnan(curve.far_value):
                 distance, between = "not found", "no reflected wave far away"
-                said = "has an influence that is not known, as the record ends before the wave comes back"
+                said = f"the influence of {what} is not known, as the record ends before the wave comes back"
             elif not np.isfinite(high):
-                distance, between = f"more than {low:.4g}", "greater distances are needed"
-                said = f"still has an influence at {low:.4g} {unit}, so {between}"
+                distance, between = f"more than {low_end}", "greater distances are needed"
+                said = f"at {low_end} {unit} {changes.replace('less', 'more')}, so {between}"
             elif low <= 0.0:
                 distance = f"less than {distance}"
-                said = f"has no influence from the smallest distance on, {high:.4g} {unit}"
+                said = f"from the smallest distance on, {high_end} {unit}, {changes}"
             found.append(f"{said} {spot}".rstrip())
             rows.append([*at.values(), *([spot] * bool(spot)), distance, between, f"{float(curve.far_value):.4f}"])
-        answer = ", and ".join(found).replace(", and has no influence beyond", ", beyond")
-        page.sentences.append(f"{what} {answer}{where}.")
+        same = f" {changes}" * (changes in found[0])
+        answer = ", and ".join([found[0], *(one.replace(same, "") for one in found[1:])])
+        page.sentences.append(f"{answer[:1].upper()}{answer[1:]}{where}.")
         if number < MOST_PICTURES:
             name = "-".join(["critical-distance", *map(str, place)])
             caption = f"AR over {words}{where}, and the critical distance."
@@ -223,9 +226,6 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     head = [*(words_of(critical[name]) for name in critical.dims), *["contacts"] * (yielded is not None)]
     head += [f"critical distance ({unit})", f"between ({unit})", "AR far away"]
     page.tables.append(Table("Critical distances", head, rows))
-    if "within" in data.coords and "within" not in critical.dims:
-        allowed = f"{float(data.within):g}"
-        page.sentences.append(f"Beyond the critical distance AR stays within ± {allowed} of AR far away.")
     page.sentences += [WHICH_DISTANCE, FRESH_SPOT] * (yielded is not None) + [DEFINED]
     return page
 
@@ -236,7 +236,8 @@ def draw_critical(curves: dict[str, xr.Dataset], ax: Any) -> None:
         factor, unit = parameter(curve.distance)
         runs, look = curve.isel(distance=curve.sampled.values.astype(bool)), {"color": colour, "label": spot or "AR"}
         ax.plot(factor * runs.distance, runs.amplitude_ratio, "o-", markersize=4, linewidth=1.1, **look)
-        low, high = factor * curve.bracket.values.ravel()
+        (low, high), far, within = factor * curve.bracket.values.ravel(), float(curve.far_value), float(curve.within)
+        ax.axhspan(far - within, far + within, color=colour, alpha=0.12, linewidth=0.0, label=f"far away ± {within:g}")
         if np.isfinite([low, high]).all():
             words = ", ".join(filter(None, ("critical", spot)))
             ax.axvspan(low, high, color=colour, alpha=0.35, label=f"{words}: {low:.4g} to {high:.4g} {unit}")
@@ -307,7 +308,7 @@ def map_page(data: xr.Dataset) -> Page:
 
     points, rows, failed = [data.isel(point=k) for k in range(count)], list[list[str]](), list[list[str]]()
     for point in points:
-        place = [f"{float(point[axis]) / data[axis].attrs['size']:g}" for axis in "xy"]
+        place = place_of(point)
         found = ["{} ({})".format(*one.row()[1:3]) for one in unknowns_of(point)]
         verdict = ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in point.verdict.values.tolist()))
         rows.append([*place, str(int(point.taps)), *found, verdict])
@@ -316,29 +317,46 @@ def map_page(data: xr.Dataset) -> Page:
     counts = ", ".join(f"{many} {verdict}" for verdict, many in Counter(row[-1] for row in rows).items())
     page.sentences.append(f"{count_of(count, 'point')}: {counts}.")
     along = [f"{axis} ({data[axis].attrs['unit']})" for axis in "xy"]
-    heads = [f"{in_words(one.name)} ({one.unit})" for one in unknowns_of(points[0])]
+    heads = [in_words(one.name) + f" ({one.unit})" * bool(one.unit) for one in unknowns_of(points[0])]
     page.tables.append(Table("Points", [*along, "taps", *heads, "verdict"], rows))
     if failed:
         page.tables.append(Table("Points that failed", [*along, "files", "reason"], failed))
     return page
 
 
+def place_of(point: xr.Dataset) -> list[str]:
+    """Return x and y of a point of a map, in the unit of its table."""
+    return [f"{float(point[axis]) / point[axis].attrs['size']:g}" for axis in "xy"]
+
+
 def difference_in_words(one: xr.Dataset, name: str) -> str:
-    """Return at how many points an unknown differs from the median by more than its interval and the usual scatter."""
-    words, unit = in_words(name.split(".")[-1]), str(one.unit.item())
+    """Return which points differ from the median by more than interval and scatter, or that all vary, or agree."""
+    words, unit = in_words(name.split(".")[-1]), f" {one.unit.item()}".rstrip()
+    along, up = (one[axis].attrs["unit"] for axis in "xy")
     known = one.isel(point=np.isin(one.verdict.values, (IDENTIFIED, MEASURED)))
     value, width = (numbers.values / float(one.unit_size) for numbers in (known.value, known.high - known.low))
     if not value.size:
         return f"No point has a {words} to rely on."
-    middle = float(np.median(value))
-    away = value - middle
+    away = value - float(np.median(value))
+    middle = readable(float(np.median(value)), "", 4) + unit
     scatter = 1.4826 * float(np.median(abs(away)))  # that of a normal distribution, from its median
-    away = away[abs(away) > np.maximum(3.0 * scatter, np.nan_to_num(width))]
+    differs = abs(away) > np.nan_to_num(width)
+    far = differs & (abs(away) > 3.0 * scatter)
     sides, texts = ("thinner", "thicker") if name.endswith("thickness") else ("lower", "higher"), list[str]()
-    for side, sizes in zip(sides, (-away[away < 0.0], away[away > 0.0]), strict=True):
-        if sizes.size:
-            by = " to ".join(dict.fromkeys(f"{size:.2g}" for size in (sizes.min(), sizes.max())))
-            texts.append(f"{sizes.size} of {value.size} points are {by} {unit} {side}")
+    for side, here in zip(sides, (far & (away < 0.0), far & (away > 0.0)), strict=True):
+        if here.any():
+            sizes = abs(away[here])
+            places = [place_of(known.isel(point=k)) for k in np.flatnonzero(here)[:3]]
+            by = " to ".join(dict.fromkeys(readable(float(size), "", 2) for size in (sizes.min(), sizes.max())))
+            where = "; ".join(f"x = {x} {along}, y = {y} {up}" for x, y in places) + "; …" * (sizes.size > 3)
+            verb = "is" if sizes.size == 1 else "are"
+            texts.append(f"{sizes.size} of {value.size} points ({where}) {verb} {by}{unit} {side}")
     if texts:
-        return f"{' and '.join(texts)} than the median {words} of {middle:.4g} {unit}."
-    return f"All {value.size} points agree in {words}: {middle:.4g} {unit}, with a scatter of {scatter:.1g} {unit}."
+        return f"{' and '.join(texts)} than the median {words} of {middle}."
+    if differs.any():
+        low, high = (readable(float(end), "", 4) for end in (value.min(), value.max()))
+        return f"{words[:1].upper()}{words[1:]} varies from {low} to {high}{unit} over {count_of(value.size, 'point')}."
+    if value.size == 1:
+        return f"One point has a {words} to rely on: {middle}."
+    scatters = f"with a scatter of {readable(scatter, '', 1)}{unit}"
+    return f"All {value.size} points agree in {words}: {middle}, {scatters}."

@@ -17,6 +17,7 @@ from page_parser import check_page
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
+from coupling.inference.uncertainty import Uncertainty
 from hertzlink.reports import Page, Table, html
 from hertzlink.reports.report import page_of
 from hertzlink.reports.results import FRESH_SPOT, WHICH_DISTANCE
@@ -118,7 +119,7 @@ def test_report_of_a_sweep_shows_each_run(tmp_path: Path) -> None:
     assert f"and {most:.3f} (modulus 200 GPa, speed " in page.text["p"][0]
     assert "Varied: modulus (0.1 to 200 GPa); speed (0.1 to 0.3 m/s)." in page.text["p"]
     assert any("no primary wave" in one for one in page.images)
-    assert any("varied, drawn is the first run: modulus, " in one for one in page.images)
+    assert any("drawn: the first run, modulus 0.1 GPa; varied: 0.1 to 200 GPa" in one for one in page.images)
 
 
 def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
@@ -135,13 +136,14 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
         for critical, bracket in ((0.01946, [0.0194, 0.0195]), (0.02488, [0.0248, 0.0249]))
     )  # fmt: skip
     page = page_of(elastic, yielded=yielding)
-    assert page.sentences[:2] == [
-        "The edge has no influence beyond 19.46 mm (19.4 to 19.5 mm) on elastic contacts, "
-        "beyond 24.88 mm (24.8 to 24.9 mm) on a fresh spot.",
-        "Beyond the critical distance AR stays within ± 0.02 of AR far away.",
+    assert page.sentences[:3] == [
+        "Beyond 19.46 mm (19.40 to 19.50 mm) the edge changes AR by less than 0.02 on elastic contacts, "
+        "and beyond 24.88 mm (24.80 to 24.90 mm) on a fresh spot.",
+        WHICH_DISTANCE,
+        FRESH_SPOT,
     ]
-    assert page.sentences[2:4] == [WHICH_DISTANCE, FRESH_SPOT]
     (axes,) = page.pictures[0].figure.axes
+    assert "far away ± 0.02" in [text.get_text() for text in axes.get_legend().get_texts()]
     assert len({line.get_color() for line in axes.lines}) == 2
     assert [row[:2] for row in page.tables[0].rows] == [["on elastic contacts", "19.46"], ["on a fresh spot", "24.88"]]
     # One result alone, whose law is the user's own, is not called elastic.
@@ -149,13 +151,14 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
     assert "elastic" not in " ".join([*alone.sentences, *alone.tables[0].head, *alone.tables[0].rows[0]])
     assert not any("elastic" in text.get_text() for text in alone.pictures[0].figure.axes[0].get_legend().get_texts())
     # Where AR does not settle, where it is settled at all distances, and where the record is too short.
+    unknown = "The influence of the edge is not known, as the record ends before the wave comes back"
     for bracket, far, words in (
-        ([0.03, np.inf], 0.5, "still has an influence at 30 mm, so greater distances are needed"),
-        ([0.0, 0.01], 0.5, "has no influence from the smallest distance on, 10 mm"),
-        ([0.0, np.inf], np.nan, "has an influence that is not known, as the record ends before the wave comes back"),
+        ([0.03, np.inf], 0.5, "At 30.00 mm the edge changes AR by more than 0.02, so greater distances are needed"),
+        ([0.0, 0.01], 0.5, "From the smallest distance on, 10.00 mm, the edge changes AR by less than 0.02"),
+        ([0.0, np.inf], np.nan, unknown),
     ):
         edge = elastic.assign(bracket=("end", bracket), critical_distance=0.005, far_value=far)
-        assert page_of(edge).sentences[0] == f"The edge {words}."
+        assert page_of(edge).sentences[0] == f"{words}."
 
 
 def test_report_of_a_batch_and_of_a_signal(tmp_path: Path) -> None:
@@ -217,10 +220,19 @@ def map_of(thicknesses: list[float], half: float = 0.02e-3) -> xr.Dataset:
 def test_report_of_a_map_says_which_points_differ() -> None:
     even = [3.0e-3, 3.01e-3, 2.99e-3, 3.0e-3, 3.0e-3, 2.99e-3, 3.01e-3, 3.0e-3, 3.0e-3, 3.0e-3]
     page = page_of(map_of([*even, 2.6e-3, 2.6e-3]))
-    assert page.sentences[0] == "2 of 12 points are 0.4 mm thinner than the median thickness of 3 mm."
+    places = "x = 100 mm, y = 0 mm; x = 110 mm, y = 0 mm"
+    assert page.sentences[0] == f"2 of 12 points ({places}) are 0.4 mm thinner than the median thickness of 3 mm."
     assert page.sentences[1] == "12 points: 12 identified."
     assert page.tables[0].rows[-1][:4] == ["110", "0", "1", "2.600 (2.580 to 2.620)"]
+    one = page_of(map_of([*even, 2.7e-3])).sentences[0]
+    assert one.startswith("1 of 11 points (x = 100 mm, y = 0 mm) is 0.3 mm thinner than")
     assert page_of(map_of(even)).sentences[0].startswith("All 10 points agree in thickness: 3 mm")
+    # Where points vary by more than their intervals, they do not agree, however great their scatter.
+    varied = [1e-3 * value for value in (14.98, 15.01, 14.99, 24.99, 25.03, 24.97, 35.04, 35.01)]
+    assert page_of(map_of(varied)).sentences[0] == "Thickness varies from 14.98 to 35.04 mm over 8 points."
+    page = page_of(map_of([12.0, 4.0, 24.0], 30.0).assign(unit=("unknown", [""]), unit_size=("unknown", [1.0])))
+    assert page.sentences[0] == "All 3 points agree in thickness: 12, with a scatter of 10."
+    assert page.tables[0].head[3] == "structure.thickness"
 
 
 def test_page_escapes_all_text() -> None:
@@ -258,6 +270,7 @@ def test_a_report_replaces_an_earlier_one_whole(tmp_path: Path, monkeypatch: pyt
     assert [one.name for one in tmp_path.iterdir()] == ["report.html"]
 
 
+BUDGET = Uncertainty({}, {}, {}, {}, {})
 BAD: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
     "nothing": (lambda p: hl.plots.report(None, p / "a.html"), ValueError, "result = None"),
     "empty": (lambda p: hl.plots.report(xr.Dataset(), p / "a.html"), ValueError, "must be a run, a sweep"),
@@ -265,8 +278,10 @@ BAD: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
     "title": (lambda p: hl.plots.report(run(), p / "a.html", title=5), ValueError, "title = 5"),
     "path": (lambda p: hl.plots.report(run(), 5), ValueError, "path = 5"),
     "no path": (lambda p: hl.plots.report(run(), ""), ValueError, "path = ''"),
+    "a folder": (lambda p: hl.plots.report(signal(), p), ValueError, "must be a file in a folder that exists"),
+    "budget": (lambda p: hl.plots.report(BUDGET, p / "a.html"), ValueError, r"^result is of Uncertainty: .*noted_in"),
     "setup": (lambda p: hl.plots.report(signal(), p / "a.html", setup=BEAD), ValueError, "setup = Sphere"),
-    "folder": (lambda p: hl.plots.report(signal(), p / "no" / "a.html"), OSError, "a.html"),
+    "folder": (lambda p: hl.plots.report(signal(), p / "no" / "a.html"), ValueError, "a.html': must be"),
 }
 
 
