@@ -36,7 +36,11 @@ def __getattr__(name: str) -> object:
         # Without `obj` Python would add a suggestion of its own, which may be another name.
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}", name=name, obj=None)
     if _PUBLIC[name] == __name__:
-        return import_module(f"{__name__}.{name}")
+        from hertzlink._names import namespaces
+
+        space = import_module(f"{__name__}.{name}")
+        vars(space)["__all__"] = namespaces()[name]  # for help, which else leaves out what a module imports
+        return space
     globals()[name] = getattr(import_module(_PUBLIC[name]), name)
     return globals()[name]
 

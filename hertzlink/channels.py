@@ -6,8 +6,8 @@ from io import BytesIO
 import numpy as np
 from matplotlib.figure import Figure
 
-from coupling.inference.identification import as_text
-from coupling.signals.overview import COLOURED, Look, Overview
+from coupling.inference.identification import LINE, as_text
+from coupling.signals.overview import COLOURED, SILENT, Look, Overview
 from hertzlink.reports import default_style
 from structures.checks import count_of
 from structures.units import readable
@@ -32,13 +32,17 @@ def table(seen: Overview) -> str:
     begin, end = (readable(float(first.time[k]), "s", 4) for k in (0, -1))
     rows, notes = [("column", "name", "least", "greatest", "step", "noise", "hum")], list[str]()
     for look in looks:
-        ends = np.nanmin(look.values), np.nanmax(look.values)
+        ends = np.array([np.nanmin(look.values), np.nanmax(look.values)])
+        ends[abs(ends) <= SILENT * abs(ends).max()] = 0.0
         sizes = (readable(float(value), look.unit) for value in (*ends, look.measures.step, look.noise))
         hum = "lead too short" if look.lead < 0.02 else "none"  # a period of 50 Hz
         if look.hum:
             hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}"
-        rows.append((str(look.column), look.name[:13], *sizes, hum))  # type: ignore[arg-type]
+        rows.append((str(look.column), look.name, *sizes, hum))  # type: ignore[arg-type]
         notes += [f"column {look.column}: {text}" for text in remarks(look, first)]
+    room = LINE - max(len(line) for line in as_text([(row[0], "", *row[2:]) for row in rows], [], True).splitlines())
+    names = [name if len(name) <= room else f"{name[: room - 9]}…{name[-8:]}" for _, name, *_ in rows]
+    rows = [(row[0], name, *row[2:]) for row, name in zip(rows, names, strict=True)]
     if len(seen.looks) > SHOWN:
         notes.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
     notes += [f"column {column}: {reason}" for column, reason in [*seen.refused.items()][:SHOWN]]
@@ -63,7 +67,8 @@ def remarks(look: Look, first: Look) -> Iterator[str]:
     if not look.lead:
         yield "no quiet lead: record from before the impact on"
     elif look.noise > max(COLOURED * white, step):
-        yield f"the lead scatters {look.noise / white:.1f} times as much as white noise would: hum or drift"
+        times = f"{readable(look.noise / white, '', 2)} times as much as" if white else "more than"
+        yield f"the lead scatters {times} white noise would: hum or drift"
     if 0.0 < span < 64 * step:
         yield f"only {count_of(round(span / step), 'step')} of the digitiser: use a narrower range"
 

@@ -56,6 +56,9 @@ class Quantity:
         if re.search(r"\b([µmckMG](m|N|Pa|Hz|s|J)|m?g)\b", self.unit):
             raise ValueError(f"unit = {self.unit!r}: must be an SI unit without a prefix, such as m, N/m or Pa")
 
+    def __repr__(self) -> str:
+        return self.unit or "a number"  # short, as signatures in help show it
+
     @property
     def unit_in_files(self) -> str:
         """The unit as case files spell it."""
@@ -104,6 +107,9 @@ class OneOf:
     def __init__(self, *words: str) -> None:
         self.words = words
 
+    def __repr__(self) -> str:
+        return " | ".join(map(repr, self.words))
+
     def check(self, name: str, value: str) -> str:
         """Return `value`; raise a ValueError that lists the words where it is none of them."""
         return one_of(name, value, self.words)
@@ -127,6 +133,9 @@ class Count:
     least: int = 1
     most: int = MOST
 
+    def __repr__(self) -> str:
+        return f"≥ {self.least}" if self.most == MOST else f"{self.least} to {self.most}"
+
     def check(self, name: str, value: int) -> int:
         """Return `value` as an int, or raise a ValueError where it is no whole number, or outside of the range."""
         return whole(name, value, self.least, self.most)
@@ -137,6 +146,9 @@ class Asks:
     """The words with which a message asks for a missing entry of a case."""
 
     text: str
+
+    def __repr__(self) -> str:
+        return self.text
 
 
 class InFile(Asks):

@@ -180,4 +180,5 @@ def _rounded(value: float, error: float) -> str:
     if not (error > 0.0 and np.isfinite(error)) or value == 0.0:
         return f"{value:.4g}"
     count = np.floor(np.log10(abs(value))) - np.floor(np.log10(error)) + 2.0
-    return f"{value:#.{int(min(max(count, 2.0), 8.0))}g}".rstrip(".")
+    text = f"{value:#.{int(min(max(count, 2.0), 8.0))}g}".rstrip(".")
+    return f"{float(text):.0f}" if "e+0" in text else text

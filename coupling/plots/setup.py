@@ -69,7 +69,7 @@ def setup(run: Any, ax: Axes | None = None) -> Axes:
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
         first, (factor, unit) = run[name].values[0], parameter(run[name])
         first = f"{factor * first:.5g} {unit}".rstrip() if np.isreal(first) else first
-        note(ax, f"drawn: the first run, {words_of(run[name])} {first}; varied: {values}")
+        note(ax, f"drawn: {words_of(run[name])} {first}, the first of {values}")
     chains = inputs.get("chains") or [inputs["chain"]]
     structures: list[Any] = inputs.get("structures") or [inputs.get("structure")]
     structures = [{"kind": one} if isinstance(one, str) else one for one in structures]

@@ -13,6 +13,7 @@ from structures.structure import Vector
 
 MAINS = (50.0, 60.0)
 CLEAR = 0.8  # A hum is one if what it leaves of the quiet lead is below this part of its standard deviation.
+SILENT = 1e-9  # Of the greatest value: what scatters less was simulated, and has no noise.
 COLOURED = 1.5  # Noise is not white if the quiet lead scatters by so much more than neighbouring samples do.
 
 
@@ -55,7 +56,10 @@ def overview(path: Path, interval: float | None = None) -> Overview:
         notes += said
         seen, hums = measures(time, values), list[tuple[float, float, float]]()
         noise = float(seen.filled[: seen.lead].std(ddof=1)) if seen.lead > 1 else seen.noise
-        for mains in MAINS:
+        least = SILENT * float(np.nanmax(np.abs(values)))
+        noise, step, white = (size if size > least else 0.0 for size in (noise, seen.step, seen.noise))
+        seen = seen._replace(step=step, noise=white)
+        for mains in MAINS if noise else ():
             record = measures(time, values, mains)
             hum, _ = mains_hum(time, record, mains)
             if hum is not None:

@@ -257,7 +257,12 @@ def identification_page(data: xr.Dataset) -> Page:
         page.sentences.append(f"No value can be trusted: the model does not explain the signal, {size}.")
         page.sentences.append("Mend the model first: a wrong model biases values by more than any interval.")
     read = stored(data.attrs.get("input")).get("identify", {}).get("signal") or {}
-    of = f" of {read['signal']}" if read.get("signal", "arrays") != "arrays" else ""
+    of, name = "", read.get("signal", "arrays")
+    if name != "arrays":
+        name = ", ".join(dict.fromkeys(name.values())) if isinstance(name, dict) else name
+        page.title, of = f"Identification: {name}", f" of {name}"
+        if units := [*dict.fromkeys(read.get("columns_converted_to", {}).values())]:
+            of += f", whose columns were converted to {' and '.join(units)}"
     of = f" were fitted to {data.time.size} samples{of}" if "time" in data.dims else ""
     page.sentences.append(f"{int(data.attrs['runs'])} runs{of}.")
 

@@ -120,6 +120,7 @@ def test_unknowns_are_shown_in_their_unit() -> None:
     one = Unknown("distance", 0.06, (0.0595, 0.0605), "identified", unit="mm", unit_size=1e-3)
     assert one.row() == ("distance, mm", "60.00", "59.50 to 60.50", "identified (± 0.83 %)")
     blind = Unknown("distance", 0.06, (0.01, 0.2), "blind", unit="mm", unit_size=1e-3)
+    assert replace(one, value=12340.0, interval=(11000.0, 13000.0), unit_size=1.0).row()[1] == "12300"
     assert blind.row() == ("distance, mm", "-", "10 to 200", "blind; best fit 60")
     zero = Unknown("time_zero", -3e-8, (-1.3e-7, 7e-8), "nuisance", unit="µs", unit_size=1e-6)
     assert zero.row() == ("time_zero, µs", "-0.030", "-0.13 to 0.070", "nuisance (± 0.1 µs)")

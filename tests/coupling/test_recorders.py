@@ -140,6 +140,15 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     scipy.io.savemat(tmp_path / "turned.mat", {"A": noise - pulse, "Tinterval": 1e-6, "Tstart": 0.0})
     assert overview(tmp_path / "turned.mat").looks[0].lead > 0.02
     assert (tmp_path / "a.png").stat().st_size > 5_000
+    # A lead of zeros has neither noise nor hum; the end of a long name shows, and no line is longer than 80.
+    name = "Kraft der ersten Kugel vor der Wand, 13"
+    silent = np.where(time < 5e-2, 0.0, pulse) + 1e-80 * noise
+    np.savetxt(tmp_path / "zero.csv", np.c_[time, silent], "%.6g", ";", header=f"Zeit / s;{name} / mV", comments="")
+    assert ended("signal", str(tmp_path / "zero.csv"), "--picture", str(tmp_path / "a.png")) == 0
+    lines = capsys.readouterr().out.split("\n")
+    assert re.match(r"1 +Kraft.*… 13 / mV +0 V +1.2 mV +0 V +0 V +none$", lines[2])
+    assert len(lines[2]) <= 80
+    assert "scatters" not in "".join(lines)
     np.savetxt(tmp_path / "ms.csv", np.c_[1e3 * time, volts], delimiter=",")
     assert ended("signal", str(tmp_path / "ms.csv"), "--picture", str(tmp_path / "a.png")) == 0
     assert "too coarse for contacts of beads" in capsys.readouterr().out

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import lambertw
 
 import hertzlink as hl
+from particles import bead as beads
 from particles.laws.law import ContactLaw
 from structures.structure import Vector
 
@@ -240,3 +241,8 @@ def test_a_law_beyond_its_range_is_warned_of_once() -> None:
     assert [str(one.message) for one in caught].count(finding) == 1
     quiet = hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3), None).run(until=2e-4)
     assert "contact law" not in quiet.attrs.get("warnings", "")
+
+
+def test_the_shapes_of_beads_are_in_shapes() -> None:
+    kinds = {name: kind for name, kind in vars(beads).items() if hl.Bead in getattr(kind, "__mro__", ())}
+    assert {kind for name, kind in kinds.items() if name[0] != "_"} - {hl.Bead} == set(beads.SHAPES)

@@ -119,7 +119,7 @@ def test_report_of_a_sweep_shows_each_run(tmp_path: Path) -> None:
     assert f"and {most:.3f} (modulus 200 GPa, speed " in page.text["p"][0]
     assert "Varied: modulus (0.1 to 200 GPa); speed (0.1 to 0.3 m/s)." in page.text["p"]
     assert any("no primary wave" in one for one in page.images)
-    assert any("drawn: the first run, modulus 0.1 GPa; varied: 0.1 to 200 GPa" in one for one in page.images)
+    assert any("drawn: modulus 0.1 GPa, the first of 0.1 to 200 GPa" in one for one in page.images)
 
 
 def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:

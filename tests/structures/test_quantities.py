@@ -1,12 +1,13 @@
 """Numbers in another unit than SI get a warning that names the argument, its value and the unit that may be meant."""
 
+import pydoc
 import warnings
 from collections.abc import Callable
 
 import pytest
 
 import hertzlink as hl
-from structures.quantities import Likely, Quantity
+from structures.quantities import Count, Likely, OneOf, Quantity
 
 STEEL = hl.STEEL_440C
 BEAD = hl.Sphere(4.76e-3, STEEL)
@@ -99,6 +100,14 @@ def test_zero_and_the_limits_are_likely(name: str) -> None:
     beyond = 2.0 * high if high < 1e300 else 0.5 * low
     with pytest.warns(hl.HertzlinkWarning, match="Thing number = "):
         quantity.warn("Thing", "number", beyond)
+
+
+def test_help_shows_units_and_members() -> None:
+    assert "radius: Annotated[float, m]," in pydoc.render_doc(hl.Sphere, renderer=pydoc.plaintext)
+    assert [*map(repr, (Quantity(), Count(), Count(1, 30), OneOf("fixed", "free")))] == [
+        "a number", "≥ 1", "1 to 30", "'fixed' | 'free'",
+    ]  # fmt: skip
+    assert "class PowerLaw(ContactLaw)" in pydoc.render_doc(hl.laws, renderer=pydoc.plaintext)
 
 
 @pytest.mark.parametrize("unit", ["mm", "N/mm", "MPa", "g", "kHz", "µs"])
