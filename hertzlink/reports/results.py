@@ -345,8 +345,7 @@ def difference_in_words(one: xr.Dataset, name: str) -> str:
     away = value - float(np.median(value))
     middle = readable(float(np.median(value)), "", 4) + unit
     scatter = 1.4826 * float(np.median(abs(away)))  # that of a normal distribution, from its median
-    differs = abs(away) > np.nan_to_num(width)
-    far = differs & (abs(away) > 3.0 * scatter)
+    far = abs(away) > np.maximum(3.0 * scatter, np.nan_to_num(width))
     sides, texts = ("thinner", "thicker") if name.endswith("thickness") else ("lower", "higher"), list[str]()
     for side, here in zip(sides, (far & (away < 0.0), far & (away > 0.0)), strict=True):
         if here.any():
@@ -358,7 +357,7 @@ def difference_in_words(one: xr.Dataset, name: str) -> str:
             texts.append(f"{sizes.size} of {value.size} points ({where}) {verb} {by}{unit} {side}")
     if texts:
         return f"{' and '.join(texts)} than the median {words} of {middle}."
-    if differs.any():
+    if (abs(away) > width).any():
         low, high = (readable(float(end), "", 4) for end in (value.min(), value.max()))
         return f"{words[:1].upper()}{words[1:]} varies from {low} to {high}{unit} over {count_of(value.size, 'point')}."
     if value.size == 1:
