@@ -65,22 +65,12 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
         colour = COLOURS[place % len(COLOURS)]
         ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.1, label=f"force at bead {number}")
-        _mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
+        mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
     ax.axhline(0.0, color=INK, linewidth=0.4)
     ax.margins(x=0.0, y=0.1)
     styled(ax, "time (µs)", "force above the preload (N)")
     legend_below(ax)
     return ax
-
-
-def on_a_fresh_spot(run: xr.Dataset, sensors: Iterable[int], ax: "Axes") -> None:
-    """Add the forces of the same run with a law of yielding to a plot of `traces`."""
-    for place, number in enumerate(sensors):
-        force, colour = sensor_force(run, number), COLOURS[-1 - place % len(COLOURS)]
-        label = f"bead {number} on a fresh spot, where the metal yields"
-        ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.3, label=label)
-        _mark_waves(ax, run, number, colour, f"bead {number} on a fresh spot, ", ("primary",))
-    legend_below(ax)
 
 
 def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
@@ -172,7 +162,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
-def _mark_waves(
+def mark_waves(
     ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str, which: Iterable[str] = tuple(WAVE_MARKERS)
 ) -> None:
     """Mark each peak from above, with words in the legend; a clipped peak has no mark."""

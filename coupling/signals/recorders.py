@@ -2,7 +2,7 @@
 
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +49,13 @@ def opened(path: Path, columns: Collection[int] | None, asked: Sampling) -> Reco
             "and give time (s) and force (N) to hertzlink.as_signal"
         )
 
-    content: bytes | list[Channel] = _tried(path, kind, reader)
+    try:
+        content: bytes | list[Channel] = reader(path)
+    except ImportError as error:
+        raise ValueError(f"{path}: is {kind}; install what reads it: pip install 'hertzlink[recorders]'") from error
+    except NOT_TO_READ as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ValueError(f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV") from error
     if isinstance(content, bytes):
         return read_text(path, content, columns, asked)
     if asked.time_column is not None:
@@ -57,17 +63,6 @@ def opened(path: Path, columns: Collection[int] | None, asked: Sampling) -> Reco
     if not content:
         raise ValueError(f"{path}: is {kind} without arrays of {FEWEST_SAMPLES} or more numbers")
     return Recording(kind, dict(enumerate(content[:MOST_CHANNELS], 1)), [])
-
-
-def _tried(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
-    """Return what a library reads, or raise a ValueError where it is missing or the file is damaged."""
-    try:
-        return reader(path)
-    except ImportError as error:
-        raise ValueError(f"{path}: is {kind}; install what reads it: pip install 'hertzlink[recorders]'") from error
-    except NOT_TO_READ as error:
-        reason = " ".join(str(error).split())[:200]
-        raise ValueError(f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV") from error
 
 
 def archive(path: Path) -> bytes | list[Channel]:

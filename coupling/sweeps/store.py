@@ -134,8 +134,12 @@ def identity(value: Any, seen: tuple[int, ...] = ()) -> Any:
     if isinstance(function, FunctionType):
         if not _is_users(function.__module__):
             return f"{function.__module__}.{function.__qualname__}"
-        outside = {name: again(used) for name, used in sorted(_used_by(function).items())}
-        return [_source(function), outside]
+        # What it uses beside its arguments: its defaults, and what its code names of outer variables.
+        outer = function.__globals__
+        used = {name: outer[name] for name in _names(function.__code__) if name in outer}
+        used |= inspect.getclosurevars(function).nonlocals
+        used["defaults"] = [function.__defaults__, function.__kwdefaults__]
+        return [_source(function), {name: again(one) for name, one in sorted(used.items())}]
     if is_dataclass(value):
         return again([type(value), {field.name: getattr(value, field.name) for field in fields(value) if field.init}])
     if _is_users(type(value).__module__) and hasattr(value, "__dict__"):
@@ -144,16 +148,6 @@ def identity(value: Any, seen: tuple[int, ...] = ()) -> Any:
         return str(joblib.hash(value))
     except (AttributeError, TypeError, ValueError) as error:
         raise ValueError(f"store: cannot tell whether {short(value)} changes ({error})") from error
-
-
-def _used_by(function: FunctionType) -> dict[str, Any]:
-    """Return what a function uses beside its arguments: its defaults, and what its code names of outer variables."""
-    used = {name: function.__globals__[name] for name in _names(function.__code__) if name in function.__globals__}
-    return {
-        **used,
-        **inspect.getclosurevars(function).nonlocals,
-        "defaults": [function.__defaults__, function.__kwdefaults__],
-    }
 
 
 def _names(code: CodeType) -> Iterator[str]:

@@ -19,7 +19,7 @@ from coupling.plots.identified import identified
 from coupling.plots.mapped import mapped
 from coupling.plots.swept import MOST_CURVES, label_of, parameter, swept, varied, words_of
 from coupling.results.ar_and_tof import UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
-from coupling.results.measures import energy_error
+from coupling.results.measures import energy_error, sensor_force
 from coupling.results.provenance import stored
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of, unit_of
@@ -61,8 +61,12 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
 
         def forces(ax: Any, one: xr.Dataset = one, fresh: list[xr.Dataset] = fresh) -> None:
             traces.traces(one, numbers, ax)
-            for spot in fresh:
-                traces.on_a_fresh_spot(spot, numbers, ax)
+            for place, number in enumerate(numbers * len(fresh)):
+                force, colour = sensor_force(fresh[0], number), COLOURS[-1 - place % len(COLOURS)]
+                label = f"bead {number} on a fresh spot, where the metal yields"
+                ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.3, label=label)
+                traces.mark_waves(ax, fresh[0], number, colour, label.partition("where")[0], ("primary",))
+                legend_below(ax)
 
         words = f"Force at bead{'s' * (len(numbers) > 1)} {beads}{who}, and its waves."
         page.pictures.append(drawn(f"traces{name}", words, forces))
