@@ -7,6 +7,7 @@ import errno
 import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
@@ -243,11 +244,12 @@ def map_of_case(
     folder = output or Path(f"{Path(name).stem}-map")
     parts = folder.with_name(f"{folder.name}.parts")
     grid = grid_of(case, table)
-    code = write_results(name, case, folder, force, lambda: map_of(case, grid, parts, jobs), form=form or "png")
-    if not code:
-        for file in parts.glob("*.nc"):
+    try:
+        code = write_results(name, case, folder, force, lambda: map_of(case, grid, parts, jobs), form=form or "png")
+        for file in parts.glob("*.nc") if not code else ():
             file.unlink()
-        if not any(parts.iterdir()):
+    finally:
+        with suppress(OSError):  # of a folder that holds answers
             parts.rmdir()
     return code
 
@@ -310,7 +312,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         error.show()
         sys.exit(WRONG_INPUT)
     except click.ClickException as error:
-        words = error.format_message()
+        usage = error.ctx.get_usage() if isinstance(error, click.MissingParameter) and error.ctx else ""
+        words = f"{error.format_message()} {usage}"
     except OSError as error:
         # A full disk names the file of results; without a name it is what is printed.
         place = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")

@@ -258,7 +258,7 @@ nuisances = ["chain.bead.material.youngs_modulus"]
 
 
 def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., str]) -> None:
-    """Two moduli of a wall, of which one is tapped twice, and a file that is lost."""
+    """Two moduli of a wall, of which one is tapped twice, and a file without samples."""
     text = SHORT_WALL
     asked = """
         [identify]
@@ -273,6 +273,7 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
         changes = {"structure.material.youngs_modulus": modulus, "chain.impact_speed": speed}
         signal = trace(case_of(text).changed(changes), 0.004, seed, 40e-6, {5: 1.0})
         Path(f"scan/{name}.csv").write_text(signal.replace("(V)", ""))
+    Path("scan/lost.csv").touch()
     Path("scan/points.csv").write_text(
         "x / mm, y / mm, file, chain.impact_speed / m/s, by\n"
         "0, 0, a.csv, 0.3, Eva\n0, 25, c.csv, 0.4, Eva\n0, 25, d.csv, 0.4, Eva\n"
@@ -289,7 +290,7 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
         slack = 0.5 * (float(row["high"]) - float(row["low"]))  # four standard deviations in all
         assert float(row["low"]) - slack < true < float(row["high"]) + slack
         assert slack < 0.1 * true
-    assert "lost.csv: there is no such file" in " ".join(rows[2]["reason"].split())
+    assert "lost.csv: holds 0 lines" in " ".join(rows[2]["reason"].split())
     page = check_page(Path("wall-map/report.html").read_text())
     assert any("3 points: 2 identified, 1 failed" in words for words in page.text["p"])
     assert {path.name for path in Path("wall-map").glob("*.png")} >= {"structure-material-youngs_modulus-value.png"}
@@ -322,6 +323,7 @@ def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) ->
 @pytest.mark.parametrize(
     ("head", "message"),
     [
+        ("x / mm, y / mm, file", "file: tap.csv: there is no such file"),
         ("x = structure.distance / mm, y / mm, file", "column x: structure.distance"),
         ("x = chain.impact_speed / mm, y / mm, file", "column x: chain.impact_speed"),
         (f"x / mm, y / mm, file, {MODULUS} / GPa", f"column {MODULUS}: is an unknown of [identify] as well"),

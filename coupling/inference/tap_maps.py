@@ -1,16 +1,15 @@
 """Maps of a structure: taps at the points of a grid, each identified, or read for AR and TOF, by itself."""
 
+import csv
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from scipy.signal import lfilter
 from scipy.stats import chi2
@@ -26,7 +25,7 @@ from coupling.sweeps.points import Outcome, Task, run_points
 from coupling.sweeps.store import Failure, Point, Store
 from coupling.sweeps.sweep import outcomes_kept
 from structures.caution import collected
-from structures.checks import count_of, function, instance, short
+from structures.checks import count_of, existing, function, instance, short
 from structures.units import NUMBER, factor, in_si
 
 # The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm".
@@ -123,27 +122,30 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
     try:
         text = file.read_text(encoding="utf-8-sig")
         semicolons = ";" in text.partition("\n")[0]
-        cells = pd.read_csv(
-            StringIO(text), sep=";" if semicolons else ",", header=None, dtype=str, skipinitialspace=True,
-            keep_default_na=False, skip_blank_lines=False,
-        ).fillna("").map(str.strip).values.tolist()  # fmt: skip
-    except ValueError as error:  # of pandas, or of what is no text in UTF-8
+        rows = csv.reader(text.splitlines(), delimiter=";" if semicolons else ",", skipinitialspace=True)
+        cells = [[cell.strip() for cell in row] for row in rows]
+    except (ValueError, csv.Error) as error:  # of what is no text in UTF-8, or no table
         raise ValueError(f"{file}: is not a table with the columns x / mm, y / mm and file ({error})") from None
-    heads = [[part.strip(" ()") for part in HEAD.findall(cell)[0]] for cell in cells[0]]
+    heads = [[part.strip(" ()") for part in HEAD.findall(cell)[0]] for cell in (cells or [[]])[0]]
     names, units = [name for name, *_ in heads], {name: unit for name, _, unit in heads}
     for name in ("x", "y", "file"):
         if names.count(name) != 1:
-            raise ValueError(f"{file}: has the columns {short(names)}, must have one {name}: x / mm, y / mm, file")
+            has = f"has the columns {', '.join(filter(None, names))}" if any(names) else "has no columns"
+            raise ValueError(f"{file}: {has}; must have one column {name}, as in x / mm, y / mm, file")
         try:
             factor(units[name] if name != "file" else "m", "m")
         except ValueError:
-            must = f"must have one of length: {name} / mm"
-            raise ValueError(f'{file}: column {name} has the unit "{units[name]}", {must}') from None
+            has = f'has the unit "{units[name]}"' if units[name] else "has no unit"
+            raise ValueError(f"{file}: column {name} {has}; write one of length: {name} / mm") from None
 
     points, line_of = dict[tuple[Any, ...], dict[str, Any]](), dict[str, int]()
     for number, row in enumerate(cells[1:], 2):
         if not any(row):
             continue
+        if len(row) > len(names):
+            cure = "" if semicolons else "; decimal commas need semicolons between columns"
+            raise ValueError(f"{file}:{number}: {len(row)} entries for {len(names)} columns{cure}")
+        row += [""] * (len(names) - len(row))
         line, tap, point = f"{file}:{number}", row[names.index("file")], dict[str, Any]()
         for (name, entry, unit), cell in zip(heads, row, strict=True):
             decimal = cell.replace(",", ".") if semicolons else cell
@@ -159,6 +161,7 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
             raise ValueError(f"{line}: {again}")
         if not (file.parent / tap).resolve().is_relative_to(file.parent.resolve()):
             raise ValueError(f"{line}: {tap!r} is not in the table's folder; move it there")
+        existing(f"{line}: file: {tap}", file.parent / tap)
         line_of[tap] = number
         points.setdefault(tuple(point.items()), {**point, "files": []})["files"].append(str(file.parent / tap))
     if not points:
@@ -273,6 +276,8 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
     errors = {k: one.message if one.kind == "ValueError" else str(one) for k, one in failures.items()}
     answers = {k: outcome for k, outcome in enumerate(outcomes) if not isinstance(outcome, Failure)}
     if not answers:
+        for point in points if work.store else ():
+            work.store.path(point).unlink(missing_ok=True)
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
 
     shown = dict[str, tuple[str, float]]()

@@ -33,13 +33,15 @@ def read(file: Path) -> xr.Dataset:
     return hl.read_signal(file, {7: 1}, calibration=25.0)
 
 
-def test_a_lost_file_costs_no_other_point(tmp_path: Path) -> None:
+def test_a_broken_file_costs_no_other_point(tmp_path: Path) -> None:
     for name in ("a", "b"):
         pulses(tmp_path / f"{name}.csv", 0.5, 3e-4, 1)
     (tmp_path / "flat.csv").write_text("time (s),force (V)\n" + "\n".join(f"{1e-6 * k},0.1" for k in range(999)))
+    for name in ("lost", "gone"):
+        (tmp_path / f"{name}.csv").touch()
     table = "x / mm, y / mm, file\n0, 0, a.csv\n5, 0, lost.csv\n10, 0, b.csv\n10, 0, gone.csv\n15, 0, flat.csv\n"
     (tmp_path / "points.csv").write_text(table)
-    with pytest.warns(hl.HertzlinkWarning, match=r"failed: x = 5 mm, y = 0 mm: .*lost\.csv: there is no such file"):
+    with pytest.warns(hl.HertzlinkWarning, match=r"failed: x = 5 mm, y = 0 mm: .*lost\.csv: holds 0 lines"):
         taps = hl.map_taps(tmp_path / "points.csv", read, jobs=1)
     assert [bool(error) for error in taps.error.values] == [False, True, False, True]
     assert "constant" in str(taps.error.values[3])
@@ -102,6 +104,7 @@ def test_a_map_that_is_repeated_reads_what_is_new_or_failed(tmp_path: Path) -> N
 
 def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
     """A table of a German spreadsheet; x sets an entry, too."""
+    (tmp_path / "a,1.csv").touch()
     (tmp_path / "t.csv").write_text(
         "\ufeffx = structure.distance / mm;y (cm);file;chain.impact_speed / (mm/s);by\n1,5;2;a,1.csv;310;Eva\n", "utf-8"
     )
@@ -116,13 +119,14 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "is not a table with the columns x / mm, y / mm and file"),
-        ("x / mm, file\n", "must have one y"),
-        ("x, y / mm, file\n0, 0, a\n", 'column x has the unit "", must have one of length: x / mm'),
+        ("", "has no columns; must have one column x, as in x / mm, y / mm, file"),
+        ("x / mm, file\n", "has the columns x, file; must have one column y, as in x / mm, y / mm, file"),
+        ("x, y / mm, file\n0, 0, a\n", "column x has no unit; write one of length: x / mm"),
+        ("x / mm, y / mm, file\n0, 0, b\n", ":2: file: b: there is no such file"),
         ("x / mV, y / mm, file\n0, 0, a\n", 'column x has the unit "mV"'),
         ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is no number with the unit mm"),
         ("x / mm, y / mm, file\n0, 0\n", ":2: names no file"),
-        ("x / mm, y / mm, file\n0, 0, a, 5\n", "Expected 3 fields in line 2, saw 4"),
+        ("x / mm, y / mm, file\n0, 0, a, 5\n", ":2: 4 entries for 3 columns; decimal commas need semicolons"),
         ("x / mm, y / mm, file\n0, 0, a\n0, 0, a\n", ":3: names 'a' again, as line 2 does"),
         ("x / mm, y / mm, file\n", "has no points below its head"),
         ("x / mm, y / mm, file\n0, 0, ../a.csv\n", ":2: '../a.csv' is not in the table's folder; move it there"),
@@ -131,6 +135,7 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
 )
 def test_a_table_is_refused_with_its_line(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "points.csv").write_text(text)
+    (tmp_path / "a").touch()
     with pytest.raises(ValueError, match=message):
         read_grid(tmp_path)
     with pytest.raises(ValueError, match="there is no such file"):
