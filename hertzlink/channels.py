@@ -48,7 +48,7 @@ def table(seen: Overview) -> str:
     notes += [f"column {column}: {reason}" for column, reason in [*seen.refused.items()][:SHOWN]]
     if step > COARSE:
         coarse = f"note: a sample every {readable(step, 's', 4)} is too coarse for contacts of beads"
-        notes.append(f'{coarse}; if the times are in ms or µs, give identify time_unit = "ms" or "us"')
+        notes.append(f'{coarse}; if the times are in ms or µs, give time_unit, such as "us"; in a case in [identify]')
     notes += [f"note: {note}"[:200] for note in seen.notes[:SHOWN]]
     what = f"{seen.kind}, {first.time.size} samples, one every {readable(step, 's', 4)}, from {begin} to {end}"
     return f"{what}\n{as_text(rows, notes, are_numbers=True)}"

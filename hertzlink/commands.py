@@ -9,7 +9,9 @@ import click
 
 from hertzlink.cli import FORCE, of_case, output_option
 from hertzlink.output import check_output, deliver, say, write_file
-from structures.checks import existing, positive
+from structures.checks import existing
+from structures.quantities import Likely
+from structures.units import NUMBER
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -19,23 +21,33 @@ CONFIGURATION = "precice-config.xml"
 
 @click.command("signal", short_help="Show what a file of a scope or recorder holds.")
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
+@click.option("--interval", metavar="TIME", help='Time between samples, such as "0.5 us", of a file that states none.')
+@click.option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Unit of the times.")
+@click.option("--unit", type=click.Choice(["V", "mV", "N", "kN"]), help="Unit of the channels.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(file: Path, interval: float | None, picture: Path | None) -> None:
+def show_signal(
+    file: Path, interval: str | None, time_unit: str | None, unit: str | None, picture: Path | None
+) -> None:
     """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
 
     A picture of the channels is written to the current folder. Nothing is fitted; `hertzlink identify` does that.
     """
     from coupling.signals.overview import overview
+    from hertzlink.cases.reader import number
     from hertzlink.channels import OURS, REMARKS, drawn, table
 
+    if file.suffix == ".toml":
+        raise ValueError(f"{file}: is a case; give the file of a scope or recorder")
     name = picture or Path(f"{file.stem}-signal.png")
     if name.suffix not in REMARKS:
         raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
     if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
         raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
-    seconds = None if interval is None else positive("interval", interval, "s")
-    seen = overview(existing(str(file), file), seconds)
+    seconds = None
+    if interval is not None:
+        plain = NUMBER.fullmatch(interval)
+        seconds = number(f"{interval} s" if plain and not plain[2] else interval, Likely.TIME, ("--interval",))
+    seen = overview(existing(str(file), file), seconds, time_unit, unit)
     say(table(seen))
     write_file(name, drawn(seen, name.suffix))
     say(f"written: {name}")

@@ -129,8 +129,12 @@ def test_a_picture_of_a_signal_replaces_only_one_of_hertzlinks(
         assert done.stderr.startswith(f"hertzlink: --picture {name}: exists already, and hertzlink did not write it")
     assert (tmp_path / "keep.png").read_bytes() == b"a photograph"
     assert "must end with .png" in hertzlink("signal", "tap.csv", "--picture", "a.bmp", cwd=tmp_path).stderr
-    for _ in range(2):  # its own is replaced
-        assert hertzlink("signal", "tap.csv", cwd=tmp_path).returncode == 0
+    np.savetxt(tmp_path / "bare.csv", np.exp(-(((time - 4e-4) / 2e-5) ** 2)))
+    for interval in ("1 us", "1e-6"):
+        done = hertzlink("signal", "bare.csv", "--interval", interval, "--picture", "tap-signal.png", cwd=tmp_path)
+        assert "one every 1 µs" in done.stdout
+    for unit in ("V", "N"):  # its own is replaced
+        assert hertzlink("signal", "tap.csv", "--time-unit", "s", "--unit", unit, cwd=tmp_path).returncode == 0
     picture = (tmp_path / "tap-signal.png").read_bytes()
 
     # A full disk leaves the earlier picture, and is said of it.
@@ -153,6 +157,9 @@ def test_a_picture_of_a_signal_replaces_only_one_of_hertzlinks(
         (["study", "plate-boundary", "--output", "no/such/place"], "parent folder does not exist"),
         (["study", "plate-boundary", "--output", "file"], "is a file"),
         (["study", "plate-boundary", "--sideways"], "--sideways"),
+        (["signal", "tap.toml"], "tap.toml: is a case; give the file of a scope or recorder"),
+        (["signal", "file", "--interval", "1 kg"], '--interval: "1 kg": "kg" is no unit of this quantity'),
+        (["identify", "case.toml"], "Missing argument 'TRACE'. Usage: hertzlink identify [OPTIONS] CASE.toml TRACE"),
         (["plot"], "No such command 'plot'"),
     ],
 )

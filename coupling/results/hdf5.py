@@ -54,7 +54,8 @@ def read_netcdf(file: Path) -> xr.Dataset:
     import h5py
 
     if not file.is_file():
-        raise ValueError(f"{file}: there is no such file; give a netCDF file such as results.nc")
+        what = "is a folder" if file.is_dir() else "there is no such file"
+        raise ValueError(f"{file}: {what}; give a netCDF file such as results.nc")
     if not h5py.is_hdf5(file):
         raise ValueError(f"{file}: cannot be read as netCDF; it is no file of HDF5, on which netCDF 4 is built")
     check_hdf5(file, str(file))

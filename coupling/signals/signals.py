@@ -171,7 +171,7 @@ def read_signal(
     for file in dict.fromkeys(files.values()):
         columns = {sensor: column for sensor, column in column_of.items() if files[sensor] == file}
         if len(set(columns.values())) < len(columns):
-            raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
+            raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column; give each its own")
         recording = opened(existing(f"path = {str(file)!r}", file), columns.values(), sampling)
         said = [*recording.notes]
         for sensor, column in columns.items():
@@ -192,14 +192,14 @@ def read_signal(
             if calibration is not None:
                 raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
         elif factor is None or finite("calibration", factor, "N/V") == 0.0:
-            must = f"must give κ for sensor {sensor}, a number of N/V, not zero"
-            raise ValueError(f"calibration = {calibration!r}: {must}")
+            cure = f"give a number of N/V for sensor {sensor}, not zero, such as calibration = 25"
+            raise ValueError(f"calibration = {calibration!r}: {cure}")
         forces[sensor] = (factor or 1.0) * forces[sensor][cut]
     names = {n: str(file) for n, file in named.items()} if isinstance(path, Mapping) else str(path)
     inputs = {"signal": names, "sensors": column_of, **sampling._asdict(), "columns_converted_to": units}
     inputs |= {"calibration": calibration, "baseline": baseline}
     data = _dataset(time[cut], forces, positions, baseline, inputs, f"{where}: ")
-    notes += [f"{where}: {note}" for note in _doubts(data, "give a negative calibration")]
+    notes += [f"{where}: {note}" for note in _doubts(data, "change the sign of the calibration")]
     for note in notes:
         caution(note)
     return data.assign_attrs(reading="\n".join(note.removeprefix(f"{where}: ") for note in notes))

@@ -53,6 +53,10 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     wanted = sorted({*(columns or ()), *given})
     delimiter, decimal = form_of(path, lines, wanted)
     cells = split(path, lines, delimiter)
+    held = split(path, lines, form_of(path, lines, [])[0]).shape[1]
+    if 1 < held <= max(wanted, default=0):
+        entry = "time_column" if wanted[-1] in given else "sensors"
+        raise ValueError(f"{entry}: {path} has no column {wanted[-1]}; its columns are 0 to {held - 1}")
     filled = np.flatnonzero((cells.iloc[len(cells) // 3 :] != "").mean() > 0.5)
     width = 1 + max([*wanted, *filled], default=0)
     table = cells.reindex(columns=range(width), fill_value="")
