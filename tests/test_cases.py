@@ -302,7 +302,7 @@ def test_check_knows_what_identify_takes(command: Callable[..., str]) -> None:
     Path("chain.toml").write_text(template("chain"), encoding="utf-8")
     assert "structure: nothing" in command("check", "chain.toml")
     Path("i.toml").write_text(template("identify"), encoding="utf-8-sig")
-    assert "identify: 3 unknowns" in command("check", "i.toml", "--set", "run.until=0.1 ms")
+    assert "identify: 2 unknowns, 3 nuisances" in command("check", "i.toml", "--set", "run.until=0.1 ms")
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -11,16 +11,13 @@ from structures.moving import MovingStructure
 def outlook(task: Task) -> str:
     """Return the lines of text. The first structure is built, and those at the ends of each axis."""
     first = task.first
-    point = {axis.name: axis.values[0] for axis in task.axes}
     with collected() as warnings:
-        simulation = task(**point)
+        simulation = task(**task.start)
         with first.located():
             save_every = first.tree.entries["run"].entries.get("save_every")
             plan = simulation.plan(first.until, None if task.axes else save_every)
-        for axis in task.axes:
-            for value in [min(axis.values), max(axis.values)] if axis.is_number else axis.values:
-                if value != axis.values[0]:
-                    task(**point | {axis.name: value})
+        for point in task.ends:
+            task(**point)
 
     runs = count_of(prod(len(axis.values) for axis in task.axes), "run")
     refined = f"a critical distance from {runs}, and some more that refine it"
@@ -45,6 +42,8 @@ def outlook(task: Task) -> str:
     if task.case.identify is not None:
         from hertzlink.cases.identification import question_of
 
-        lines.append(f"identify: {count_of(len(question_of(task.case).ranges), 'unknown')}")
+        nuisances = task.case.identify["nuisances"]
+        unknowns = [name for name in question_of(task.case).ranges if name not in nuisances]
+        lines.append(f"identify: {count_of(len(unknowns), 'unknown')}, {count_of(len(nuisances), 'nuisance')}")
     said = [warning for warning in dict.fromkeys(warnings) if "record" not in warning and "until" not in warning]
     return "\n".join([*lines, *(f"warning: {warning}" for warning in said)])

@@ -50,6 +50,20 @@ class Task:
         return {axis.name: (float(axis.values[0]), float(axis.values[-1])) for axis in self.axes}
 
     @property
+    def start(self) -> dict[str, Any]:
+        """The first value of each axis by its name."""
+        return {axis.name: axis.values[0] for axis in self.axes}
+
+    @property
+    def ends(self) -> list[dict[str, Any]]:
+        """The points at which one axis is at its least or greatest value, and the others are at their first."""
+        points = list[dict[str, Any]]()
+        for axis in self.axes:
+            ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
+            points += [self.start | {axis.name: value} for value in ends if value != axis.values[0]]
+        return points
+
+    @property
     def units(self) -> dict[str, str]:
         """The SI unit of each axis by its name, for messages and budgets."""
         return {axis.name: axis.si for axis in self.axes}
@@ -154,16 +168,19 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
 
 
 def builder_of(task: Task) -> Callable[..., CoSimulation]:
-    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
+    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places.
+
+    A value that is refused is a Fault here, before processes start.
+    """
     plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
-    if plates < FEWEST_ON_MODES and task.along is None:
-        return task
-    start, changes = {axis.name: axis.values[0] for axis in task.axes}, list[dict[str, Any]]()
-    for axis in task.axes:
-        ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
-        changes += [{axis.name: value} for value in ends]
-    on_modes = modes_of([partial(task, **(start | change)) for change in [{}, *changes]], task.case.until)
-    return task if on_modes is None else partial(on_modes, task)
+    if plates >= FEWEST_ON_MODES or task.along is not None:
+        on_modes = modes_of([partial(task, **point) for point in (task.start, *task.ends)], task.case.until)
+        if on_modes is not None:
+            return partial(on_modes, task)
+    with collected():  # the runs repeat it
+        for point in task.ends:
+            task(**point)
+    return task
 
 
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
