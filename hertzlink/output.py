@@ -70,11 +70,11 @@ def check_output(folder: Path, force: bool) -> None:
             raise ValueError(f"{name}: is a file; give a folder")
         if path == Path.cwd() or path in Path.cwd().parents:
             raise ValueError(f"{name}: contains the current folder; give another one")
-        if path.exists() and not force:
-            raise ValueError(f"{name}: exists already; give another folder, or use --force to replace it")
         if path.exists() and (foreign := foreign_files(path)):
             reason = f"contains {foreign[0]}, which no earlier command wrote, or which was changed since"
             raise ValueError(f"{name}: {reason}; move it away, or give another folder")
+        if path.exists() and not force:
+            raise ValueError(f"{name}: exists already; give another folder, or use --force to replace it")
         if not path.parent.is_dir():
             raise ValueError(f"{name}: its parent folder does not exist")
         # Only a trial shows whether a folder can be made here.

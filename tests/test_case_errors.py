@@ -163,6 +163,10 @@ WRONG_PLATES = [
     ('at = ["60 mm", "100 mm"]', "", 6, "structure.at: is missing; give the point that is struck"),
     ('thickness = "2 mm"', 'thickness = "2 mm"\nadditions = [{ kind = "point_mass", at = [9, 9], mass = "1 g" }]', 11, "structure.additions: PointMass(x=9.0, y=9.0, mass=0.001) must lie on the plate"),
     ('thickness = "2 mm"', 'thickness = "2 mm"\ncells = [10, 0]', 11, "structure.cells[1]: 0 must be at least 1"),
+    ('thickness = "2 mm"', "thickness = 2", 10, 'did you mean "2 mm"?'),
+    ('thickness = "2 mm"', 'thickness = "2 mm"\nedge = "free"', 11, "structure.edge: is not an entry here; did you mean supports?"),
+    ('kind = "kirchhoff_plate"', 'kind = "plate"', 7, '"plate" is not a kind; did you mean'),
+    ('to = "60 mm"', 'to = "600 mm"', 20, 'sweep."structure.at[0]": 0.6 must lie on the plate, between 0 and 0.3 m'),
     # Sweeps.
     ('"structure.thickness" = ["2 mm", "3 mm"]', '"structure.thicknes" = ["2 mm", "3 mm"]', 19, "sweep.\"structure.thicknes\"[0]: is not an entry here; did you mean thickness?"),
     ('["2 mm", "3 mm"]', '["2 mm", "3 mn"]', 19, 'sweep."structure.thickness"[1]: "3 mn": "mn" is no unit'),
@@ -187,9 +191,13 @@ WRONG_QUESTIONS = [
     ("7 = 1", "7 = -1", 27, "identify.sensors.7: -1 must be at least 0"),
     ("{ 7 = 1, 13 = 2 }", "{}", 27, "identify.sensors: a table has 0 entries; must have at least 1; give a table of beads and columns, such as { 7 = 1 }"),
     ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is no unit of this quantity'),
+    ("13 = 2", "13 = 1", 27, "identify.sensors: two of them read the same column; give each its own"),
+    ("13 = 2", "13 = 5", 27, "identify.sensors: trace.csv has no column 5; its columns are 0 to 2"),
+    ('calibration = "25 N/V"', "", 26, "identify.calibration: is missing; give a number of N/V for sensor 7, not zero, such as calibration = 25"),
     ('"25 N/V"', '"-0 N/V"', 28, "identify.calibration"),
-    ('["1 mm", "6 mm"]', '["6 mm", "1 mm"]', 29, 'identify.unknowns."structure.thickness": must have two numbers, the lowest and the highest'),
-    ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2'),
+    ('["1 mm", "6 mm"]', '["6 mm", "1 mm"]', 29, 'identify.unknowns."structure.thickness": must have two numbers, the lowest and the highest value; the order is wrong: give [\'1 mm\', \'6 mm\']'),
+    ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2; give a range, such as ["1 mm", "6 mm"]'),
+    ('["1 mm", "6 mm"]', '"3 mm"', 29, '"3 mm" must be a range, such as ["1 mm", "6 mm"]'),
     ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is no unit of this quantity'),
     ('"structure.thickness" = ["1', '"structure.at" = ["1', 29, '"structure.at"[0]: "1 mm" must be the point that is struck'),
     ('"structure.thickness" = ["1', '"structure.layers[0].length" = ["1', 29, 'structure.layers is not a list, so it has no entry [0]'),
@@ -249,6 +257,7 @@ def test_a_wrong_case_is_one_line(
         ("nonsense", 'has no "="'),
         ("=3", '"" is not the path of an entry'),
         ("a..b=3", "is not the path of an entry"),
+        ("plate.until=1 ms", "plate.until: is not an entry; did you mean run.until?"),
         ("extends=x", "a change cannot extend another case"),
         ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is no unit of this quantity'),
         ("structure.layers[0].material.density=-1", "structure.layers[0].material.density: -1.0 must be a positive number"),
@@ -280,6 +289,7 @@ UNQUOTED = [
     ('a = "300 mm" 2', "Expected newline or end of document after a statement; this is not valid TOML"),
     ("a = 3 # first\na = 4", "this entry or section is given twice; keep one of them"),
     ("[run]\n[run]", "this entry or section is given twice; keep one of them"),
+    ("[chain]\n[chain]", "this entry or section is given twice; keep one of them, or write [[chain]] above each"),
     ("a = 1" + "0" * 5000, "Exceeds the limit"),
     ('mesh = "C:\\dir\\me.msh"', 'a backslash has a meaning in "..."; write / in paths, or single quotes'),
     ("a = “2 mm”", '“ is not a quotation mark of TOML; write "'),
@@ -300,15 +310,21 @@ def test_a_value_without_quotes_is_shown_with_them(complaint: Callable[..., str]
     [
         ("none.toml", "there is no such file"),
         ("folder", "cannot be read (Is a directory)"),
-        ("binary.toml", "is not text in UTF-8"),
+        ("binary.toml", "binary.toml:1: is not text in UTF-8; if it is a case file, save it as UTF-8"),
+        ("tap.csv", "this is not valid TOML; is this a case? The case file comes first"),
+        ("inside.toml", 'extends: "folder" is a folder'),
         ("/dev/zero", "has more than 1e+06 bytes"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_one_line(complaint: Callable[..., str], name: str, words: str) -> None:
     Path("folder").mkdir()
     Path("binary.toml").write_bytes(b"\xff\xfe\x00case")
+    Path("tap.csv").write_text("0,1\n")
+    Path("inside.toml").write_text('extends = "folder"')
     for command in ("run", "check"):
-        assert complaint(command, name).startswith(f"{name}: {words}")
+        said = complaint(command, name)
+        assert said.startswith(f"{name}:")
+        assert words in said
 
 
 def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
@@ -321,7 +337,7 @@ SIGNALS = [
     (None, "trace.csv: there is no such file"),
     ("", "trace.csv: holds 0 lines, must hold 16 samples or more"),
     (
-        "0,1\n1,2\n" * 20,
+        "a,b,c\n" * 40,
         "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a line is ",
     ),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
@@ -348,6 +364,8 @@ def test_a_wrong_signal_is_one_line(complaint: Callable[..., str], content: str 
         Path("trace.csv").write_text(content)
     said = complaint("identify", "case.toml", "trace.csv")
     assert said.startswith(f"hertzlink: {words}"), said
+    Path("points.csv").write_text("x / mm, y / mm, file\n0, 0, trace.csv\n")
+    assert complaint("map", "case.toml", "points.csv", "--jobs", "1").endswith(said.removeprefix("hertzlink: "))
     assert ("are its times in µs? Then give time_unit = 'us'" in said) == ("too coarse" in said)
 
 

@@ -151,6 +151,12 @@ class Source:
             for name, text in self.texts if entry(self.data, at) is not None else ():
                 if line := line_of(text, at):
                     return CaseError(f"{name}:{line}: {fault}")
+        for path in self.changed:  # a section that no file has
+            if fault.path and path[: len(fault.path)] == fault.path:
+                others = [(name, path[-1]) for name in self.data if name != path[0]]
+                meant = [written(other) for other in others if entry(self.data, other) is not None]
+                words = f"is not an entry; did you mean {meant[0]}?" if meant else str(fault)
+                return CaseError(f"{CHANGE} {written(path)}: {words}")
         return CaseError(f"{self.texts[0][0]}: {fault}")
 
     def change(self, change: str) -> None:
@@ -184,7 +190,8 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
             raise above.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
         below = place.parent / base
         if not below.is_file():
-            raise above.error(Fault(("extends",), f'there is no file "{base}" in {place.parent}'))
+            words = f'"{base}" is a folder' if below.is_dir() else f'there is no file "{base}" in {place.parent}'
+            raise above.error(Fault(("extends",), words))
         if below.resolve() in [File(one.texts[0][0]).resolve() for one in files]:
             raise above.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
         files.append(_read(str(below), below))
@@ -232,12 +239,14 @@ def _read(name: str, path: File) -> Source:
         raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
     except OSError as error:
         raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{name}: is not text in UTF-8; is it a case file?") from None
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise CaseError(f"{name}:{line}: is not text in UTF-8; if it is a case file, save it as UTF-8") from None
     except RecursionError:
         raise CaseError(f"{name}: is nested too deeply") from None
     except ValueError as error:  # also of a number with thousands of digits
-        raise error if isinstance(error, CaseError) else CaseError(_syntax(name, str(error), text)) from None
+        other = "" if path.suffix == ".toml" else "; is this a case? The case file comes first, then other files"
+        raise error if isinstance(error, CaseError) else CaseError(_syntax(name, str(error), text) + other) from None
     # A title, or the file that is extended, stays as it is.
     inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
     return Source(data | _with_whole_paths(inside, path.resolve().parent), [(name, text)])
@@ -289,6 +298,8 @@ def _syntax(name: str, message: str, text: str) -> str:
     reason = f"{words}; this is not valid TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
         reason = "this entry or section is given twice; keep one of them"
+        if row.strip() in ("[chain]", "[structure]"):
+            reason += f", or write [{row.strip()}] above each"
     elif "Unescaped '\\'" in words or "Invalid hex" in words:
         reason = r'a backslash has a meaning in "..."; write / in paths, or single quotes'
     elif curly := re.search("[“”„‘’]", row):

@@ -161,6 +161,8 @@ class Case:
             if at is None or at not in points:
                 what = f"there is no contact point {at[1]} of a structure {at[0]}" if at else "is missing"
                 every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
+                if len(points) < len(calls) and any("at" in body.entries for body in bodies):
+                    every += "; a plate takes a point for each chain, as in at = [[...], [...]]"
                 raise Fault(path, f"{what}; take one of {every}")
             body = built[at[0]]
             if at in taken and body is not None:

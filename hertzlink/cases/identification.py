@@ -55,7 +55,7 @@ def asked(
         Asks("a table of beads and columns, such as { 7 = 1 } for bead 7 in column 1, counted from 0"),
     ],
     unknowns: Annotated[
-        Mapping[str, tuple[Any, Any]],
+        Mapping[str, Annotated[tuple[Any, Any], Asks('a range, such as ["1 mm", "6 mm"]')]],
         Asks('a table of paths and ranges, such as { "structure.thickness" = ["1 mm", "6 mm"] }'),
     ],
     calibration: Calibration | Mapping[str, Calibration] | None = None,
@@ -85,7 +85,9 @@ def question_of(case: Case) -> Task:
         place: Path = ("identify", "unknowns", key)
         axis = axis_of(case, key, place, ends)
         if not axis.is_number or axis.values[0] >= axis.values[1]:
-            raise Fault(place, "must have two numbers, the lowest and the highest value")
+            order = f"; the order is wrong: give {[*ends[::-1]]}" if len({*axis.values}) > 1 else ""
+            words = "must have two numbers, the lowest and the highest value"
+            raise Fault(place, words + order * axis.is_number)
         axes[axis.name] = axis
     for i, key in enumerate(asked["nuisances"]):
         place = ("identify", "nuisances", i)

@@ -17,7 +17,7 @@ from typing import Any
 from hertzlink.cases import Fault, Path, entry, shown
 from hertzlink.cases.forms import OF_MATERIAL, Form, allowed, asked, example_of, hint_of
 from plates.laminate import OrthotropicMaterial
-from structures.checks import MOST, count_of, nearest
+from structures.checks import MOST, count_of, near, nearest
 from structures.described import Parameter
 from structures.material import MATERIALS, name_key
 from structures.quantities import Count, InFile, OneOf, Quantity
@@ -25,6 +25,9 @@ from structures.units import NUMBER, PARTS, factor
 
 DEGREES = ("deg", "degree", "degrees", "°")  # converted as Python's math.radians does, to the last bit
 KINDS = {int: "a whole number", bool: "true or false"}
+
+# Entries of some plates, and those of others that hold the same.
+ELSEWHERE = {"distance": "at", "edge": "supports"}
 
 # Names in messages about a point, and the entries to which they belong.
 POINT: dict[str, Path] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
@@ -76,8 +79,12 @@ class Call:
         if not reason or place[0] not in self.form.entries:
             return Fault(self.path, message)
         typed = entry(self.typed, place)
-        if not equals or typed is None:
-            return Fault((*self.path, *place), f"is missing; {reason}" if value == "None" else reason)
+        if not equals or typed is None or isinstance(typed, Mapping):
+            reason = f"is missing; {reason}" if value == "None" else reason.rpartition("}: ")[2]
+            return Fault((*self.path, *place), reason)
+        quantity = self.form.entries[place[0]].quantity
+        if quantity and isinstance(typed, int | float) and typed > quantity.likely[1]:
+            reason += f'; did you mean "{typed:g} {quantity.above}"?'
         value = shown(typed) if isinstance(typed, str) else value
         joined = ": half of it " if half else " " if reason.startswith(("must ", "exceeds ", "is ", "has ")) else ": "
         return Fault((*self.path, *place), f"{value}{joined}{reason}")
@@ -142,14 +149,15 @@ def _table(table: dict[str, Any], tables: dict[str, dict[str, Form]], path: Path
     elif word is None:
         raise Fault((*path, tag), f"is missing; {nearest('', forms, 40)}")
     elif not isinstance(word, str) or word not in forms:
-        cure = "one of your own needs --with FILE.py that describes it"
-        raise Fault((*path, tag), f"{shown(word)} is not a {tag}; {nearest(word, forms, 40)}; {cure}")
+        cure = "" if near(word, forms) else "; one of your own needs --with FILE.py that describes it"
+        raise Fault((*path, tag), f"{shown(word)} is not a {tag}; {nearest(word, forms, 40)}{cure}")
     else:
         form = forms[word]
     names = [tag, *form.entries] if tag else [*form.entries]
     for name in table:
         if name not in names:
-            raise Fault((*path, name), f"is not an entry here; {nearest(name, names, 20)}")
+            other = ELSEWHERE.get(name, name)
+            raise Fault((*path, name), f"is not an entry here; {nearest(other if other in names else name, names, 20)}")
     given = {name: value for name, value in table.items() if value is not None and name in form.entries}
     entries = {name: read(value, form.entries[name], (*path, name), context) for name, value in given.items()}
     for name, parameter in form.entries.items():
