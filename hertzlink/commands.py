@@ -25,9 +25,7 @@ CONFIGURATION = "precice-config.xml"
 @click.option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Unit of the times.")
 @click.option("--unit", type=click.Choice(["V", "mV", "N", "kN"]), help="Unit of the channels.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(
-    file: Path, interval: str | None, time_unit: str | None, unit: str | None, picture: Path | None
-) -> None:
+def show_signal(file: Path, interval: str | None, picture: Path | None, **units: str | None) -> None:
     """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
 
     A picture of the channels is written to the current folder. Nothing is fitted; `hertzlink identify` does that.
@@ -43,11 +41,10 @@ def show_signal(
         raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
     if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
         raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
-    seconds = None
-    if interval is not None:
-        plain = NUMBER.fullmatch(interval)
-        seconds = number(f"{interval} s" if plain and not plain[2] else interval, Likely.TIME, ("--interval",))
-    seen = overview(existing(str(file), file), seconds, time_unit, unit)
+    plain = NUMBER.fullmatch(interval or "")
+    text = f"{interval} s" if plain and not plain[2] else interval
+    seconds = None if interval is None else number(text, Likely.TIME, ("--interval",))
+    seen = overview(existing(str(file), file), seconds, **units)
     say(table(seen))
     write_file(name, drawn(seen, name.suffix))
     say(f"written: {name}")

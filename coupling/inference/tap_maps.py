@@ -276,8 +276,8 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
     errors = {k: one.message if one.kind == "ValueError" else str(one) for k, one in failures.items()}
     answers = {k: outcome for k, outcome in enumerate(outcomes) if not isinstance(outcome, Failure)}
     if not answers:
-        for point in points if work.store else ():
-            work.store.path(point).unlink(missing_ok=True)
+        for path in map(work.store.path, points) if work.store else ():
+            path.unlink(missing_ok=True)
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
 
     shown = dict[str, tuple[str, float]]()

@@ -86,8 +86,7 @@ def question_of(case: Case) -> Task:
         axis = axis_of(case, key, place, ends)
         if not axis.is_number or axis.values[0] >= axis.values[1]:
             order = f"; the order is wrong: give {[*ends[::-1]]}" if len({*axis.values}) > 1 else ""
-            words = "must have two numbers, the lowest and the highest value"
-            raise Fault(place, words + order * axis.is_number)
+            raise Fault(place, f"must have two numbers, the lowest and the highest value{order * axis.is_number}")
         axes[axis.name] = axis
     for i, key in enumerate(asked["nuisances"]):
         place = ("identify", "nuisances", i)

@@ -26,9 +26,6 @@ from structures.units import NUMBER, PARTS, factor
 DEGREES = ("deg", "degree", "degrees", "°")  # converted as Python's math.radians does, to the last bit
 KINDS = {int: "a whole number", bool: "true or false"}
 
-# Entries of some plates, and those of others that hold the same.
-ELSEWHERE = {"distance": "at", "edge": "supports"}
-
 # Names in messages about a point, and the entries to which they belong.
 POINT: dict[str, Path] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
 
@@ -156,7 +153,7 @@ def _table(table: dict[str, Any], tables: dict[str, dict[str, Form]], path: Path
     names = [tag, *form.entries] if tag else [*form.entries]
     for name in table:
         if name not in names:
-            other = ELSEWHERE.get(name, name)
+            other = {"distance": "at", "edge": "supports"}.get(name, name)  # as other plates call it
             raise Fault((*path, name), f"is not an entry here; {nearest(other if other in names else name, names, 20)}")
     given = {name: value for name, value in table.items() if value is not None and name in form.entries}
     entries = {name: read(value, form.entries[name], (*path, name), context) for name, value in given.items()}

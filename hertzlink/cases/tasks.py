@@ -57,11 +57,8 @@ class Task:
     @property
     def ends(self) -> list[dict[str, Any]]:
         """The points at which one axis is at its least or greatest value, and the others are at their first."""
-        points = list[dict[str, Any]]()
-        for axis in self.axes:
-            ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
-            points += [self.start | {axis.name: value} for value in ends if value != axis.values[0]]
-        return points
+        both = [(axis, {min(axis.values), max(axis.values)} if axis.is_number else axis.values) for axis in self.axes]
+        return [self.start | {axis.name: value} for axis, ends in both for value in ends if value != axis.values[0]]
 
     @property
     def units(self) -> dict[str, str]:
@@ -168,19 +165,16 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
 
 
 def builder_of(task: Task) -> Callable[..., CoSimulation]:
-    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places.
-
-    A value that is refused is a Fault here, before processes start.
-    """
+    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
     plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
-    if plates >= FEWEST_ON_MODES or task.along is not None:
-        on_modes = modes_of([partial(task, **point) for point in (task.start, *task.ends)], task.case.until)
-        if on_modes is not None:
-            return partial(on_modes, task)
-    with collected():  # the runs repeat it
+    few = plates < FEWEST_ON_MODES and task.along is None
+    points = [partial(task, **point) for point in (task.start, *task.ends)]
+    on_modes = None if few else modes_of(points, task.case.until)
+    build: Callable[..., CoSimulation] = task if on_modes is None else partial(on_modes, task)
+    with collected():  # what is refused is a Fault before processes start; what is warned of, the runs repeat
         for point in task.ends:
-            task(**point)
-    return task
+            build(**point)
+    return build
 
 
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
