@@ -231,7 +231,7 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     page = Path("mine/report.html").read_text()
     low, high = 1e3 * found.bracket.values
     assert f"critical, on elastic contacts: {low:.4g} to {high:.4g} mm" in page
-    assert f"<td>{1e3 * float(row[1]):.4g}</td>" in page
+    assert f"<td>{1e3 * float(row[1]):.2f}</td>" in page
 
 
 def test_a_ratio_above_one_is_remarked(command: Callable[..., str]) -> None:

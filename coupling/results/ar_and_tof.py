@@ -12,7 +12,7 @@ from coupling.results.missing_waves import short_record, warn_of_ends, why_missi
 from coupling.results.reading import Reading
 from coupling.results.signal_waves import SignalWaves, doubts_of_sensors
 from coupling.results.wave_finder import Found, find_waves
-from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
+from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave, Reflections, Wave
 from structures.caution import caution
 from structures.checks import not_negative, one_of, positive, whole
 from structures.structure import Vector
@@ -256,10 +256,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 def _warn_above_one(ratio: float, sensor: int) -> None:
     """Warn of a reflected wave that is higher than the incident one, as at the light beads of a dimer."""
     if ratio > 1.0:
-        caution(
-            f"AR at bead {sensor}: {ratio:.4g} exceeds 1; other waves add to the reflected one, or the incident one is "
-            "not whole at this bead; compare other sensors"
-        )
+        caution(f"AR at bead {sensor}: {ratio:.4g} is {ABOVE_ONE}; compare other sensors")
 
 
 def _warn_of_doubts(reading: Reading, seen: _Seen, sensor: int, wanted: int) -> None:

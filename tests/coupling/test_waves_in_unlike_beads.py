@@ -142,5 +142,5 @@ def test_a_push_that_goes_on_is_warned_of(drive: str) -> None:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             ratio = hl.reflections(run, sensor).primary.amplitude_ratio
-        assert ["a push that goes on" in str(one.message) for one in caught] == [True] * (ratio > 1.1)
+        assert sum("a push that goes on" in str(one.message) for one in caught) == (ratio > 1.1)
         assert (ratio > 1.1) == (drive in ("step", "piston"))
