@@ -18,7 +18,6 @@ from particles.contacts import pace_of
 from particles.kernels.motion import MOVED, TRIED, WORK_ROWS
 from structures.kernels.linear import joined
 from structures.kernels.pieces import check_compiled
-from structures.moving import MovingStructure
 from structures.structure import Structure
 
 FINEST = 1024  # parts of the shortest contact below which an adaptive window is not halved for its error
@@ -27,16 +26,6 @@ UNBROKEN = 3e7  # steps of beads after which the compiled loop returns, so that 
 MOST_WINDOWS = 16  # windows of a structure that are kept at a time
 
 _WINDOWS = WeakKeyDictionary[Structure, dict[float, Any]]()
-
-
-def window_of(body: MovingStructure, length: float) -> Any:
-    """Return a structure over a window, s, as a piece. Thousands of runs meet the same structure in equal windows."""
-    known = _WINDOWS.setdefault(body.structure, {})
-    if (piece := known.get(length)) is None:
-        if len(known) >= MOST_WINDOWS:
-            known.clear()
-        piece = known[length] = body.window(length)
-    return piece
 
 
 class Engine:
@@ -165,7 +154,14 @@ class Engine:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
             interface = self.interface
-            pieces = [window_of(body, length) for body in interface.structures]
+            pieces = list[Any]()  # thousands of runs meet the same structure in equal windows
+            for body in interface.structures:
+                known = _WINDOWS.setdefault(body.structure, {})
+                if (piece := known.get(length)) is None:
+                    if len(known) >= MOST_WINDOWS:
+                        known.clear()
+                    piece = known[length] = body.window(length)
+                pieces.append(piece)
             structure = joined(pieces, list(interface.of_structure), interface.size)
             with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
                 compliance = structure.contact @ structure.response[:, : structure.contact.shape[1]].T

@@ -25,11 +25,14 @@ CONFIGURATION = "precice-config.xml"
 @click.option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Unit of the times.")
 @click.option("--unit", type=click.Choice(["V", "mV", "N", "kN"]), help="Unit of the channels.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(file: Path, interval: str | None, picture: Path | None, **units: str | None) -> None:
+def show_signal(
+    file: Path, interval: str | None, time_unit: str | None, unit: str | None, picture: Path | None
+) -> None:
     """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
 
     A picture of the channels is written to the current folder. Nothing is fitted; `hertzlink identify` does that.
     """
+    from coupling.signals.channels import Sampling
     from coupling.signals.overview import overview
     from hertzlink.cases.reader import number
     from hertzlink.channels import OURS, REMARKS, drawn, table
@@ -44,7 +47,7 @@ def show_signal(file: Path, interval: str | None, picture: Path | None, **units:
     plain = NUMBER.fullmatch(interval or "")
     text = f"{interval} s" if plain and not plain[2] else interval
     seconds = None if interval is None else number(text, Likely.TIME, ("--interval",))
-    seen = overview(existing(str(file), file), seconds, **units)
+    seen = overview(existing(str(file), file), Sampling(time_unit=time_unit, unit=unit, interval=seconds))
     say(table(seen))
     write_file(name, drawn(seen, name.suffix))
     say(f"written: {name}")

@@ -41,7 +41,7 @@ NUMBERS = {
 """The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
 the signal's come from the run behind it, the others are regressions."""
 
-QUICK = ("wall.py", "layered_rod.py", "own_structure.py", "mixed_chain.py", "signal_from_file.py")
+QUICK = ("wall.py", "layered_rod.py", "own_structure.py", "signal_from_file.py")
 """Those that take a second or two; the others are thorough tests."""
 
 SCRIPTS = [pytest.param(name, marks=() if name in QUICK else pytest.mark.thorough) for name in NUMBERS]

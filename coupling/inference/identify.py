@@ -22,7 +22,7 @@ from coupling.inference.identification import (
 from coupling.inference.measured import Measured, measured_signal, remembered
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, inverse
 from coupling.inference.plates import on_modes
-from coupling.inference.prediction import Prediction, length_of, range_of
+from coupling.inference.prediction import Prediction, Range, length_of
 from coupling.inference.search import MANY, UNLIKELY, Search
 from coupling.results.findings import findings_of, warn
 from coupling.sweeps.points import progress
@@ -100,7 +100,13 @@ def identify(
     (3.0, True)
     """
     names = nuisances_of(nuisances, ranges)
-    wanted = [range_of(name, ends) for name, ends in ranges.items()]
+    wanted = list[Range]()
+    for name, ends in ranges.items():
+        pair = isinstance(ends, tuple | list) and len(ends) == 2
+        low, high = (finite(name, end) for end in ends) if pair else (0.0, 0.0)
+        if not low < high:
+            raise ValueError(f"{name} = {short(ends)}: must be the lowest and the highest value, such as (1e-3, 6e-3)")
+        wanted.append(Range(name, low, high))
     if not wanted:
         raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
     measured = measured_signal(signal, sensors, noise)

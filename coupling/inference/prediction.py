@@ -14,7 +14,7 @@ from coupling.results.findings import kind
 from coupling.sweeps.batch import Records
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import caution, collected
-from structures.checks import finite, positive, short
+from structures.checks import positive
 from structures.structure import Vector
 from structures.units import readable
 
@@ -46,15 +46,6 @@ class Range(NamedTuple):
         """Return the place of a value."""
         linear = (value - self.low) / (self.high - self.low)
         return log(value / self.low) / log(self.high / self.low) if self.logarithmic else linear
-
-
-def range_of(name: str, ends: Any) -> Range:
-    """Return a Range from (low, high)."""
-    pair = isinstance(ends, tuple | list) and len(ends) == 2
-    low, high = (finite(name, end) for end in ends) if pair else (0.0, 0.0)
-    if not low < high:
-        raise ValueError(f"{name} = {short(ends)}: must be the lowest and the highest value, such as (1e-3, 6e-3)")
-    return Range(name, low, high)
 
 
 def length_of(

@@ -42,11 +42,8 @@ class Overview(NamedTuple):
     notes: list[str]
 
 
-def overview(
-    path: Path, interval: float | None = None, time_unit: str | None = None, unit: str | None = None
-) -> Overview:
-    """Return what a file holds. A ValueError that names the file where it holds no channel. interval: s."""
-    asked = Sampling(interval=interval, time_unit=time_unit, unit=unit)
+def overview(path: Path, asked: Sampling) -> Overview:
+    """Return what a file holds. A ValueError that names the file where it holds no channel."""
     recording = opened(path, None, asked)
     looks, refused, notes = list[Look](), dict[int, str](), [*recording.notes]
     for column, channel in recording.channels.items():

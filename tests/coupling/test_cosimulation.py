@@ -1,7 +1,5 @@
 """The coupled run: energy, momentum, convergence, one answer by every path, bad input."""
 
-import copy
-import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -288,15 +286,6 @@ def test_bad_runs() -> None:
         hl.Explicit(tolerance=1e-30)
 
 
-def test_a_simulation_can_be_pickled_after_a_run() -> None:
-    """It leaves its factorisations behind, and runs again with the same bits; so does a copy."""
-    moving = hl.stepping.MovingStructure(hl.rod(LAYERS, elements=4))
-    simulation = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.31), moving)
-    before = simulation.run(until=2e-5)
-    for same in (pickle.loads(pickle.dumps(simulation)), copy.deepcopy(simulation)):
-        xr.testing.assert_identical(same.run(until=2e-5), before)
-
-
 INTERRUPTED = """
 import signal
 import hertzlink as hl
@@ -320,6 +309,7 @@ print(caught > 0, simulation.run(5e-4).identical(whole))
 """
 
 
+@pytest.mark.thorough
 def test_a_signal_during_compiled_code_is_an_exception(tmp_path: Path) -> None:
     """Not the end of the process, as where Numba makes a named tuple while a signal waits; the next run is right."""
     done = subprocess.run(

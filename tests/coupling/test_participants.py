@@ -135,11 +135,6 @@ def test_a_displacement_of_the_wrong_sign_is_found_before_the_run(kind: type, sc
         simulate(liar, SCHEMES[scheme])
 
 
-def test_a_wrong_sign_at_the_second_point() -> None:
-    with pytest.raises(ValueError, match="moved contact point 1 by -"):
-        simulate(answering(lambda state, place: (state, place * np.array([1.0, -1.0])), SoundPair))
-
-
 class FeedsEnergy(Sound):
     """A dashpot of the wrong sign, which shows only when it moves."""
 

@@ -362,17 +362,6 @@ def test_explicit_coupling_answers_one_window_later(double: type[Double], config
     assert run.surface_displacement.values[-1] == pytest.approx(surface, rel=1e-12)
 
 
-def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
-    """As documented, from the first call to the second window; and the last calls."""
-    double.initial, double.until, double.tolerance = True, 3e-6, np.inf
-    hl.run_in_precice(CHAIN, configuration, SURFACE)
-    prepared = ["Participant", "get_mesh_dimensions", "get_data_dimensions", "get_data_dimensions", "set_mesh_vertices"]
-    started = ["requires_initial_data", "write_data", "initialize"]
-    window = ["is_coupling_ongoing", "requires_writing_checkpoint", "get_max_time_step_size", "read_data", "write_data"]
-    closed = ["advance", "requires_reading_checkpoint", "is_time_window_complete"]
-    assert double.latest.calls == [*prepared, *started, *(window + closed) * 3, "is_coupling_ongoing", "finalize"]
-
-
 @pytest.mark.parametrize(
     ("changed", "message"),
     [

@@ -14,6 +14,7 @@ import scipy.io
 from command import ended
 
 import hertzlink as hl
+from coupling.signals.channels import Sampling
 from coupling.signals.overview import overview
 
 STEP, START = 5e-7, -1e-4
@@ -138,7 +139,7 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert f"{int((volts == 1.0).sum())} samples are clipped" in lines[3]
     assert lines[4].endswith("as much as white noise would: hum or drift")
     scipy.io.savemat(tmp_path / "turned.mat", {"A": noise - pulse, "Tinterval": 1e-6, "Tstart": 0.0})
-    assert overview(tmp_path / "turned.mat").looks[0].lead > 0.02
+    assert overview(tmp_path / "turned.mat", Sampling()).looks[0].lead > 0.02
     assert (tmp_path / "a.png").stat().st_size > 5_000
     # A lead of zeros has neither noise nor hum; the end of a long name shows, and no line is longer than 80.
     name = "Kraft der ersten Kugel vor der Wand, 13"

@@ -31,6 +31,7 @@ def test_yield_speed_is_johnsons() -> None:
     assert dissipation.yield_speed(STEEL.bead) == pytest.approx(on_flat / 2.0, rel=0.02)
 
 
+@pytest.mark.thorough
 def test_the_drag_of_the_thesis() -> None:
     """With the mass by geometry within 1 %; with the printed 0.45 g every digit. Striker like the beads, g = 0."""
     steel = quick("dissipation").peak.sel(material="steel 316", sensor=list(dissipation.SENSORS))
@@ -39,6 +40,7 @@ def test_the_drag_of_the_thesis() -> None:
     assert with_printed_mass(hl.MassProportional(6900.0)) == pytest.approx(DRAG, abs=0.06)
 
 
+@pytest.mark.thorough
 def test_gamma_is_a_force() -> None:
     """Errata of equation 4.1: as a force 41.7 N falls to 11.7 N from sensor 9 to 56, as an acceleration by 0.1 %."""
     ends = quick("dissipation").peak.sel(material="steel 316", sensor=[9, 56])
@@ -49,6 +51,7 @@ def test_gamma_is_a_force() -> None:
     assert 1.0 - last / first == pytest.approx(0.001, abs=0.0005)
 
 
+@pytest.mark.thorough
 def test_speed_goes_with_a_sixth_power_of_the_force() -> None:
     """Hertz's chain has no scale of its own: exactly 1/6 undamped; the thesis's 0.17 with its law, within 2 %."""
     data = quick("dissipation")
@@ -57,6 +60,7 @@ def test_speed_goes_with_a_sixth_power_of_the_force() -> None:
     assert exponents[1] == pytest.approx(0.17, rel=0.02)
 
 
+@pytest.mark.thorough
 def test_secondary_waves_bracket_the_thesis() -> None:
     """The thesis says about 0.02, not where the waves meet; at a contact they leave more (Santibanez et al. 2011)."""
     data = quick("dissipation")
