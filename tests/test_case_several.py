@@ -50,6 +50,7 @@ def test_several_chains_are_those_of_python() -> None:
     assert Case(tomllib.loads(TWO) | {"run": {"until": UNTIL, "reduce": False}}).run().equals(expected)
 
 
+@pytest.mark.thorough
 def test_a_law_by_finite_elements_is_that_of_python() -> None:
     case = tomllib.loads(TWO)
     case["chain"] = {**case["chain"][0], "law": {"kind": "numerical", "max_force": 60.0}}

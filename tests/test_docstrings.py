@@ -45,7 +45,11 @@ def test_every_parameter_is_described(name: str) -> None:
         assert text["Returns"] or text["Yields"], "what it returns is not described"
 
 
-@pytest.mark.parametrize("name", PUBLIC)
+RARE = ("Adaptive", "plots.motion")
+"""Their loops are compiled for these examples alone."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.thorough] * (name in RARE)) for name in PUBLIC])
 def test_examples_run(name: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each public function and class has an example that runs as it stands, after `import hertzlink as hl`."""
     value = PUBLIC[name]

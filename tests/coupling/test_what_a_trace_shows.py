@@ -31,6 +31,7 @@ def test_an_edge_whose_echo_is_late_is_blind() -> None:
     assert known.relative["impact_speed"] < 0.05
 
 
+@pytest.mark.thorough
 def test_two_numbers_do_not_give_three_unknowns() -> None:
     found = hl.identifiability(
         edge, 0.01, [7], SHORT, compare="features", distance=0.03, thickness=THICKNESS, impact_speed=0.31

@@ -176,6 +176,7 @@ class OwnPush(hl.Excitation):
         return 0.5 * (20.0 * self.duration) ** 2 / mass
 
 
+@pytest.mark.thorough
 def test_a_users_loss_and_excitation_are_those_built_in() -> None:
     force, own_force = (
         hl.CoSimulation(hl.Chain([BALL] * 5, striker, dissipation=loss), hl.half_space(STEEL)).run(1e-4).contact_force

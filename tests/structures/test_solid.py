@@ -131,9 +131,10 @@ def ratios(structure: hl.Structure) -> list[float]:
 
 @pytest.mark.parametrize(
     ("material", "tolerance"),
-    [(hl.STEEL_440C, 5e-4), pytest.param(hl.PTFE, 2e-3, marks=pytest.mark.thorough)],
+    [(hl.STEEL_440C, 5e-4), (hl.PTFE, 2e-3)],
     ids=["steel", "PTFE"],
 )
+@pytest.mark.thorough
 def test_amplitude_ratio_is_that_of_the_axisymmetric_cylinder(material: hl.Material, tolerance: float) -> None:
     """A mesh written by gmsh, 10 728 degrees of freedom: to a few 1e-4; PTFE bears the structure's own waves."""
     found = ratios(solid(CYLINDER, material, STRUCK, fixed="base"))

@@ -15,6 +15,7 @@ COUNTS = json.loads(Path(__file__).with_name("thesis_counts.json").read_text(enc
 SMALL = ("closed-forms",)
 
 
+@pytest.mark.thorough
 def test_each_corrected_equation_passes_its_check_and_the_printed_one_does_not() -> None:
     found = {equation: (before, after) for equation, before, after in equations.checks()}
     assert set(found) == set(printed("equations"))
