@@ -140,8 +140,7 @@ def write_results(
     """Do the work, write its Dataset, CSV files, table and report into a new folder; return the exit code."""
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.case import of_case
-    from hertzlink.reports import default_style, html
-    from hertzlink.reports.report import page_of
+    from hertzlink.reports import default_style, html, page_of
     from structures.caution import collected
 
     began = perf_counter()

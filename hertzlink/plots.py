@@ -10,4 +10,4 @@ from coupling.plots.traces import energy as energy
 from coupling.plots.traces import traces as traces
 from coupling.plots.view import picture as picture
 from coupling.plots.view import write_vtu as write_vtu
-from hertzlink.reports.report import report as report
+from hertzlink.reports import report as report

@@ -108,7 +108,7 @@ def test_a_figure_that_fails_leaves_the_numbers(
         raise RuntimeError("latex could not be found")
 
     (tmp_path / "tap.toml").write_text(TAP)
-    monkeypatch.setattr("hertzlink.reports.report.page_of", fails)
+    monkeypatch.setattr("hertzlink.reports.page_of", fails)
     done = hertzlink("run", "tap.toml", cwd=tmp_path)
     assert done.returncode == 0
     assert "warning: the report is not complete: latex could not be found" in done.stderr

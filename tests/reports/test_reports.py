@@ -18,8 +18,7 @@ from page_parser import check_page
 import hertzlink as hl
 from coupling.inference.identification import Identification
 from coupling.inference.uncertainty import Uncertainty
-from hertzlink.reports import Page, Table, html
-from hertzlink.reports.report import page_of
+from hertzlink.reports import Page, Table, html, page_of
 from hertzlink.reports.results import FRESH_SPOT, WHICH_DISTANCE
 
 EVIL = "<script>alert('x')</script> & \"$\\frac$\" --> <!-- $_{"
@@ -263,7 +262,7 @@ def test_a_report_replaces_an_earlier_one_whole(tmp_path: Path, monkeypatch: pyt
     def fails(page: Page) -> str:
         raise FloatingPointError
 
-    monkeypatch.setattr("hertzlink.reports.report.html", fails)
+    monkeypatch.setattr("hertzlink.reports.html", fails)
     with pytest.raises(FloatingPointError):
         made(tmp_path, signal())
     assert file.read_text("utf-8") == whole
