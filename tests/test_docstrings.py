@@ -45,11 +45,10 @@ def test_every_parameter_is_described(name: str) -> None:
         assert text["Returns"] or text["Yields"], "what it returns is not described"
 
 
-RARE = ("Adaptive", "plots.motion")
-"""Their loops are compiled for these examples alone."""
+RARE = ("Adaptive", "plots.motion")  # their loops are compiled for these examples alone
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.thorough] * (name in RARE)) for name in PUBLIC])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.thorough] * (n in RARE)) for n in PUBLIC])
 def test_examples_run(name: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each public function and class has an example that runs as it stands, after `import hertzlink as hl`."""
     value = PUBLIC[name]

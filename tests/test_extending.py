@@ -20,12 +20,11 @@ from hertzlink.explore.sliders import sliders_of, start_of
 from structures import described
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
+SLOW = pytest.mark.thorough
 EXAMPLES = dict(re.findall(r"^## (.+?)\n.*?^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.thorough] * ("compiled" in name)) for name in EXAMPLES]
-)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[SLOW] * ("compiled" in n)) for n in EXAMPLES])
 def test_an_extension_is_one_file(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     matplotlib.use("Agg")
