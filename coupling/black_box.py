@@ -13,13 +13,14 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from coupling.interface import Interface, check_finite
-from coupling.kernels.recorders import Elsewhere, record_row
+from coupling.kernels.recorders import record_row
 from coupling.kernels.records import CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run
 from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
 from particles.kernels.motion import MOVED, WORK_ROWS
 from structures.checks import count_of
 from structures.described import described
+from structures.kernels.linear import dense
 from structures.moving import MovingStructure
 from structures.quantities import Count, Quantity
 from structures.structure import Vector
@@ -352,7 +353,9 @@ class Loop:
         totals = np.array([(len(self.past), self.tried, self.windows, self.residual)], TOTALS)
         run = Run(*interface.together(self.chains), none, self.contact, chain, node, window, totals)
         work = np.zeros((WORK_ROWS, interface.coordinates))
-        record_row(frames.saved, row, self.time, run, interface.model, Elsewhere(), work)
+        # Python moves the structures, and enters their energies below.
+        elsewhere = dense(*np.zeros((2, 0, 0)), np.zeros(len(interface.structures) + 1, int), *np.zeros((3, 0, 0)))
+        record_row(frames.saved, row, self.time, run, interface.model, elsewhere, work)
         if row % frames.saved.every:
             return
         self.tried, self.windows, self.residual = 0, 0, 0.0

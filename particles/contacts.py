@@ -8,7 +8,7 @@ import numpy as np
 
 from particles.bead import Bead
 from particles.dissipation import kernel_losses
-from particles.kernels.drives import FREE, MOVED, Driven, Free
+from particles.kernels.drives import FREE, MOVED, Drives
 from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
 from particles.kernels.losses import NoLoss
 from particles.kernels.motion import ENDS, PACE, Chains, DampedVerlet, Verlet
@@ -174,23 +174,23 @@ def _law(chains: Sequence["MovingChain"]) -> Any:
     return Mixed(own, others, yields)
 
 
-def _drive(chains: Sequence["MovingChain"]) -> Any:
-    """Return what drives the chains as a piece."""
+def _drive(chains: Sequence["MovingChain"]) -> Drives:
+    """Return what drives the chains."""
     drives = [chain.chain.excitation.drive for chain in chains]
     loads = np.array([chain.dead_load for chain in chains])
-    if not loads.any() and all(drive.kind == FREE and drive.spring == 0.0 for drive in drives):
-        return Free()
     rest = np.array([float(chain.rest[0]) for chain in chains])
     kinds = np.array([drive.kind for drive in drives])
     histories = [np.array(drive.history, dtype=float) for drive in drives]
     for history, place in zip(histories, rest * (kinds == MOVED), strict=True):
         history[1] += place
-    return Driven(
+    spring = np.array([float(drive.spring) for drive in drives])
+    return Drives(
+        (kinds != FREE) | (spring != 0.0) | (loads != 0.0),
         kinds,
         np.cumsum([0, *(history.shape[1] for history in histories)]),
         np.concatenate(histories, axis=1),
         loads,
-        np.array([float(drive.spring) for drive in drives]),
+        spring,
         rest + [drive.left for drive in drives],
     )
 
@@ -207,7 +207,7 @@ def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
     pace["steps"], pace["reached"] = steps, model.ends["striker"]
     if isinstance(model.stepper, Verlet) and coordinates == model.inverse_mass.size:
         first = model.ends["last"] + 1 - pace["steps"] - (not isinstance(model.loss, NoLoss))
-        least = model.ends["striker"] + (1 if isinstance(model.drive, Free) else 2)
+        least = model.ends["striker"] + np.where(model.drive.acts, 2, 1)
         part = (first >= least) & (model.ends["behind"] < 0)
         pace["reached"] = np.where(part, first, model.ends["striker"])
     return pace

@@ -149,18 +149,18 @@ class MovingStructure:
         """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
         return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
-    def window(self, length: float) -> linear.Oscillators | linear.Coupled:
-        """Return a window of this length, s, as a piece of the compiled loop."""
+    def window(self, length: float) -> linear.Linear:
+        """Return a window of this length, s, as the compiled loop takes it."""
         structure, size = self.structure, self.structure.size
         body = structure if structure.is_modal else self._modes
         if body is not None:
             step: Any = self.step(length) if body is structure else OscillatorStep(body, length, exact=False)
-            return linear.Oscillators(
-                np.ascontiguousarray(step.rows),
-                np.ascontiguousarray(np.concatenate(step.response).T),
+            return linear.Linear(
                 np.array(body.contact_vectors.T, order="C"),
-                step.square,
+                np.ascontiguousarray(np.concatenate(step.response).T),
                 np.array([0, step.square.size]),
+                np.ascontiguousarray(step.rows),
+                step.square,
             )
         # Sparse matrices this small take several times as long.
         mass, stiffness = structure.mass.toarray(), structure.stiffness.toarray()
@@ -172,11 +172,11 @@ class MovingStructure:
         unit, rest, none = np.eye(size), np.zeros((size, size)), np.zeros((moving.size, moving.size))
         starts = StructureState(np.hstack([unit, rest[:, moving]]), np.hstack([rest, unit[:, moving]]))
         (displacement, velocity), (pushed, sped) = midpoint.free(starts), midpoint.response
-        return linear.Coupled(
-            np.concatenate([displacement, velocity[moving]]),
-            np.concatenate([pushed, sped[moving]]).T.copy(),
+        return linear.dense(
             np.hstack([structure.contact_vectors.T, np.zeros((self._contacts, moving.size))]),
+            np.concatenate([pushed, sped[moving]]).T,
+            np.array([0, size + moving.size]),
+            np.concatenate([displacement, velocity[moving]]),
             block_diag(rest, mass[np.ix_(moving, moving)]),
             block_diag(stiffness, none),
-            np.array([0, size + moving.size]),
         )

@@ -79,11 +79,3 @@ def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: 
 
 record_row = entry(record)
 """`record` for Python."""
-
-
-class Elsewhere(NamedTuple):
-    """Structures that Python moves, and whose energies it enters."""
-
-    @staticmethod
-    def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-        return 0.0, 0.0

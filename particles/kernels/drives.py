@@ -1,9 +1,8 @@
-"""Drives as pieces: what moves body 0 of each chain, or pushes its first bead."""
+"""Drives: what moves body 0 of each chain, or pushes its first bead."""
 
 from typing import Any, NamedTuple
 
 from structures.kernels.compiling import inner
-from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
 # What body 0 is, and what history the chain is driven by. FREE: a striker, none; MOVED: it moves by a history; else it
@@ -11,43 +10,10 @@ from structures.structure import Vector
 FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
 
 
-@by_type
-def drives(drive: Any) -> bool:
-    """Return whether anything but contacts and gravity acts on a body 0 or a bead 1."""
-    return False
+class Drives(NamedTuple):
+    """What drives each chain, and dead loads; arrays have an entry for each chain."""
 
-
-@by_type
-def kind_of(drive: Any, c: int) -> int:
-    """Return what body 0 of chain c is."""
-    return FREE
-
-
-@by_type
-def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
-    """Return position (m) and velocity of a body 0 that moves by a history."""
-    return 0.0, 0.0
-
-
-@by_type
-def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
-    """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
-    return 0.0, 0.0, 0.0
-
-
-@by_type
-def energy_of_loads(drive: Any, c: int, striker: float, bead: float) -> float:
-    """Return the potential energy of the dead load and of the spring, J; by the places of body 0 and bead 1, m."""
-    return 0.0
-
-
-class Free(NamedTuple):
-    """Strikers that move freely."""
-
-
-class Driven(NamedTuple):
-    """All other drives, and dead loads; arrays have an entry for each chain."""
-
+    acts: Vector  # whether anything but contacts and gravity acts on body 0 or bead 1
     kind: Vector  # FREE, PUSHED, MOVED or STEADY
     begin: Vector  # where the chain's part of the history begins; one entry more
     history: Vector  # 3 × n: times (s), values (N or m) and rates. Cubic between times, constant outside.
@@ -55,32 +21,25 @@ class Driven(NamedTuple):
     spring: Vector  # N/m, a spring that pushes body 0 until it is at `spring_end` (m)
     spring_end: Vector
 
-    @staticmethod
-    def drives(drive: Any) -> bool:
-        return True
 
-    @staticmethod
-    def kind_of(drive: Any, c: int) -> int:
-        return int(drive.kind[c])
-
-    @staticmethod
-    def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
-        return value_and_rate(drive.history, drive.begin[c], drive.begin[c + 1], t)
-
-    @staticmethod
-    def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
-        push = place_and_speed(drive, c, t)[0] if drive.kind[c] == PUSHED else 0.0
-        return drive.spring[c] * max(drive.spring_end[c] - place, 0.0), push + drive.preload[c], push
-
-    @staticmethod
-    def energy_of_loads(drive: Any, c: int, striker: float, bead: float) -> float:
-        return float(0.5 * drive.spring[c] * max(drive.spring_end[c] - striker, 0.0) ** 2 - drive.preload[c] * bead)
+@inner(forceinline=True)
+def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
+    """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
+    push = place_and_speed(drive, c, t)[0] if drive.kind[c] == PUSHED else 0.0
+    return drive.spring[c] * max(drive.spring_end[c] - place, 0.0), push + drive.preload[c], push
 
 
 @inner(forceinline=True)
-def value_and_rate(history: Vector, first: int, end: int, t: float) -> tuple[float, float]:
-    """Return value and rate of a history's columns from first to end at a time; the last value holds on."""
-    times, values, rates = history
+def energy_of_loads(drive: Any, c: int, striker: float, bead: float) -> float:
+    """Return the potential energy of the dead load and of the spring, J; by the places of body 0 and bead 1, m."""
+    return float(0.5 * drive.spring[c] * max(drive.spring_end[c] - striker, 0.0) ** 2 - drive.preload[c] * bead)
+
+
+@inner()
+def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
+    """Return value and rate of the history of chain c: of a body 0 that moves, its position (m) and velocity."""
+    first, end = drive.begin[c], drive.begin[c + 1]
+    times, values, rates = drive.history
     if t < times[first] or t >= times[end - 1]:
         return values[first if t < times[first] else end - 1], 0.0
     i, after = first, end

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from particles.kernels import drives as kinds
-from particles.kernels.drives import drives, energy_of_loads, kind_of, mean_rate, outer_forces, place_and_speed
+from particles.kernels.drives import Drives, energy_of_loads, mean_rate, outer_forces, place_and_speed
 from particles.kernels.laws import force_of_step, lost_to_yielding, with_memory
 from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
 from particles.kernels.vibrations import Vibrations, accelerate_modes, energies_between, forces_between
@@ -33,7 +33,7 @@ TRIED = np.dtype([(name, float) for name in ("at_rest", "start", "force", "answe
 
 
 class Chains(NamedTuple):
-    """All of some chains that does not change during a run; the first four fields are pieces.
+    """All of some chains that does not change during a run; the first three fields are pieces.
 
     The B bodies of all chains lie one after the other, and contact i is the one ahead of body i.
     """
@@ -41,7 +41,7 @@ class Chains(NamedTuple):
     stepper: Any  # verlet or DampedVerlet
     law: Any
     loss: Any
-    drive: Any
+    drive: Drives
     vibrations: Vibrations
     inverse_mass: Vector  # B, 1/kg; zero for a body with a prescribed motion
     gravity: Vector  # B, along the chain, m/s²; zero for such a body
@@ -103,14 +103,14 @@ class Verlet(NamedTuple):
         if loses(loss):
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 ahead[i], lost[i] = v[i], 0.0
-            if kind_of(drive, c) == kinds.MOVED:
+            if drive.kind[c] == kinds.MOVED:
                 ahead[striker] = place_and_speed(drive, c, t)[1]
         # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
         if first == striker:
-            flown[striker] = striker if drives(drive) else flying(loss, chains, c, y, v, window)
+            flown[striker] = striker if drive.acts[c] else flying(loss, chains, c, y, v, window)
         rear = max(first, int(flown[striker]))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
-        front, source = last, striker if kind_of(drive, c) == kinds.MOVED else striker + 1
+        front, source = last, striker if drive.kind[c] == kinds.MOVED else striker + 1
         quiet = chains.ends[c].quiet and not (start < 0.0 or end < 0.0)
         while quiet and front > striker and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
@@ -136,14 +136,14 @@ class Verlet(NamedTuple):
                 if loses(loss):
                     past_ahead[striker + step] = ahead[reached - 1]
             push, before = 0.0, 0.0
-            if drives(drive) and first == striker:
+            if drive.acts[c] and first == striker:
                 now, before = t + step * dt, dt * v[source] if step > 0 else 0.0
                 approach, closing = y[striker] - y[striker + 1], ahead[striker] - ahead[striker + 1]
                 contact, power = press(loss, law, striker, approach, closing, chains.spring[striker])
                 if loses(loss):
                     lost[striker] += kick * power
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
-                if kind_of(drive, c) == kinds.MOVED:
+                if drive.kind[c] == kinds.MOVED:
                     v[striker], push = mean_rate(drive, c, now, drift), contact
                     y[striker] += drift * v[striker]
                     ahead[striker] = place_and_speed(drive, c, now + drift)[1]
@@ -161,7 +161,7 @@ class Verlet(NamedTuple):
                 behind = contact
             move_body(loss, chains, stop, y, v, ahead, lost, behind - wall_force, dt, kick, drift)
             front = stop if v[stop] != 0.0 else front
-            if drives(drive):
+            if drive.acts[c]:
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
                 driven += 0.5 * push * (before + drift * v[source])
         taken = 0.0
@@ -237,8 +237,8 @@ class DampedVerlet(NamedTuple):
                     half[i] = v[i] + 0.5 * dt * a[i]
                     v[i] = half[i] + 0.5 * dt * a[i]
                     y[i] += dt * half[i]
-            if drives(drive):
-                if kind_of(drive, c) == kinds.MOVED:
+            if drive.acts[c]:
+                if drive.kind[c] == kinds.MOVED:
                     y[striker], v[striker] = place_and_speed(drive, c, now)
                     half[striker] = v[striker]
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
@@ -256,7 +256,7 @@ class DampedVerlet(NamedTuple):
             if step > 0:
                 # By ways, not by speeds, which may jump at the ends of a history.
                 driven += 0.5 * (push_before + push) * (y[striker + 1] - bead)
-                if kind_of(drive, c) == kinds.MOVED:
+                if drive.kind[c] == kinds.MOVED:
                     driven += 0.5 * (before + forces[striker]) * (y[striker] - place)
         return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, lost, driven
 
@@ -278,7 +278,7 @@ def contact_forces(
             every[i] = 0.0
         k = chains.wall[last]
         forces_between(chains, law, c, y, v, surface[k], rate[k], every, work[1:])
-        if kind_of(chains.drive, c) == kinds.PUSHED and not chains.ends[c].touched:
+        if chains.drive.kind[c] == kinds.PUSHED and not chains.ends[c].touched:
             every[striker] = outer_forces(chains.drive, c, y[striker], t)[2]
     for j in range(contacts.size):
         forces[j] = every[contacts[j]]
