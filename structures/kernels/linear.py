@@ -49,8 +49,8 @@ class Linear(NamedTuple):
 def dense(contact: Vector, response: Vector, begin: Vector, *matrices: Vector) -> Linear:
     """Return structures that have a transition, a mass and a stiffness."""
     # One layout in memory is one type, for which the loop is compiled once.
-    contact, response, *matrices = map(np.ascontiguousarray, (contact, response, *matrices))
-    return Linear(contact, response, begin, np.zeros((4, 0)), np.zeros(0), *matrices)
+    seen, given, *kept = map(np.ascontiguousarray, (contact, response, *matrices))
+    return Linear(seen, given, begin, np.zeros((4, 0)), np.zeros(0), *kept)
 
 
 @inner(forceinline=True)

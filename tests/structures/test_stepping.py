@@ -72,7 +72,7 @@ def test_structures_of_both_kinds_move_as_alone() -> None:
     rod, random = [hl.Layer(hl.ACRYLIC, 0.02, 0.008)], np.random.default_rng(1)
     bodies = [hl.rod(rod, base, elements=count) for base, count in (("absorbing", 2), ("fixed", 3), ("absorbing", 4))]
     parts = [hl.stepping.MovingStructure(body).window(1e-6) for body in bodies]
-    assert [part.squares.size for part in parts] == [0, 3, 0]
+    assert [part.squares.size for part in parts] == [0, 6, 0]
     both: Any = linear.joined(parts, [[0], [1], [2]], 3)
     sizes = [part.response.shape[1] for part in parts]
     alone = [random.normal(size=size) for size in sizes]
