@@ -1,8 +1,11 @@
 """Hypothesis draws the same examples each time: everything random has a seed."""
 
 import os
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from multiprocessing.pool import ThreadPool
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +64,27 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("filterwarnings", "error::numpy.exceptions.VisibleDeprecationWarning")
     # Many tests run cases that a user is warned of; those that test a warning catch it.
     config.addinivalue_line("filterwarnings", "ignore::structures.caution.HertzlinkWarning")
+
+
+ONE_RUN = """
+import hertzlink as hl
+bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.1, {}), hl.half_space(hl.PTFE)).run(until=2e-5)
+"""
+KINDS = (
+    "",
+    "law=hl.laws.Thornton()",
+    "dissipation=hl.LinearDashpot(1.0)",
+    "law=hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0])",
+)
+"""The chains whose loops many tests run."""
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile loops before the workers start, as these would compile each of them several times, at the same time."""
+    if session.config.getoption("numprocesses", None) and not hasattr(session.config, "workerinput"):
+        with ThreadPool(os.cpu_count()) as pool:
+            pool.map(lambda kind: subprocess.run([sys.executable, "-W", "ignore", "-c", ONE_RUN.format(kind)]), KINDS)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

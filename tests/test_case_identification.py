@@ -217,6 +217,7 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
     assert "The set-up to scale." in page.text["figcaption"]
 
 
+@pytest.mark.thorough
 def test_a_model_that_does_not_fit_is_identified_nowhere(command: Callable[..., str]) -> None:
     """In the table, the CSV file, the report, the files' names and the exit code; the truth is below the range."""
     asked = f"""
@@ -257,6 +258,7 @@ nuisances = ["chain.bead.material.youngs_modulus"]
     assert simulation.chain.chain.beads[0].material.youngs_modulus == pytest.approx(high)
 
 
+@pytest.mark.thorough
 def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., str]) -> None:
     """Two moduli of a wall, of which one is tapped twice, and a file without samples."""
     text = SHORT_WALL

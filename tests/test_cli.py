@@ -418,7 +418,7 @@ finally:
 """
 
 
-@pytest.mark.parametrize("closed", ["", "1", "012"])
+@pytest.mark.parametrize("closed", [*(pytest.param(one, marks=pytest.mark.thorough) for one in ("", "1")), "012"])
 def test_closed_streams_and_the_backend_of_a_notebook_do_no_harm(tmp_path: Path, closed: str) -> None:
     """What is printed has a place, no file gets the number of a stream, and figures are drawn into files."""
     (tmp_path / "script.py").write_text(IN_A_SERVICE)

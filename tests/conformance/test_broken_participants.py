@@ -131,7 +131,7 @@ def of_the_gallery() -> Any:
     return example()["SpringMass"](mass=0.0141, stiffness=1.7e7)
 
 
-@pytest.mark.parametrize("make", [Sound, TwoPoints, of_the_gallery])
+@pytest.mark.parametrize("make", [Sound, TwoPoints, pytest.param(of_the_gallery, marks=pytest.mark.thorough)])
 def test_what_is_sound_passes(make: Callable[[], Any]) -> None:
     checks.check_structure(make)
 

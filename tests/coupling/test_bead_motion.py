@@ -169,6 +169,7 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
     assert set(np.unique(written.cell_data["part"][0])) == {3, 4}
 
 
+@pytest.mark.thorough
 def test_beads_are_drawn_side_by_side(passage: xr.Dataset, tmp_path: Path) -> None:
     hl.plots.picture(passage, tmp_path / "beads.png", factor=0.0)
     width, height = Image.open(tmp_path / "beads.png").size

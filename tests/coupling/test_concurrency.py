@@ -37,10 +37,12 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("reduced", "scheme"), CASES.values(), ids=CASES)
-def test_threads_share_a_simulation(reduced: bool, scheme: object) -> None:
+@pytest.mark.parametrize(
+    "name", ["compiled", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("windows", "iterated"))]
+)
+def test_threads_share_a_simulation(name: str) -> None:
     """Eight runs in four threads, with two lengths of window between saved times; none was run before."""
-    lengths = [1e-6, 1.5e-6] * 4
+    lengths, (reduced, scheme) = [1e-6, 1.5e-6] * 4, CASES[name]
     expected = {length: forces(simulation(reduced, scheme), length) for length in set(lengths)}
     shared = simulation(reduced, scheme)
     with ThreadPoolExecutor(4) as threads:

@@ -126,7 +126,9 @@ COUPLED = {
 }
 
 
-@pytest.mark.parametrize("name", COUPLED)
+@pytest.mark.parametrize(
+    "name", ["absorbing base", *(pytest.param(n, marks=pytest.mark.thorough) for n in COUPLED if n != "absorbing base")]
+)
 def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its dense propagator gives what the implicit midpoint gives window by window, work and losses included."""
     simulation = hl.CoSimulation(CHAIN, COUPLED[name])

@@ -266,7 +266,7 @@ def modulus_of(time: np.ndarray, force: np.ndarray) -> Identification:
     return hl.identify(hl.as_signal(time, {5: force}), wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
 
 
-@pytest.mark.parametrize("correlation", [2.0, 20.0])
+@pytest.mark.parametrize("correlation", [pytest.param(2.0, marks=pytest.mark.thorough), 20.0])
 def test_errors_under_noise_are_those_of_generalised_least_squares(correlation: float) -> None:
     time, clean = tapped()
     expected = error_under(1e-4 * toeplitz(np.exp(-np.arange(time.size) / correlation)))

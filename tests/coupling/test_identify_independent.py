@@ -51,6 +51,7 @@ def inside(found: Identification, **truth: float) -> bool:
     return all(found[name].interval[0] <= value <= found[name].interval[1] for name, value in truth.items())
 
 
+@pytest.mark.thorough
 def test_a_plate_is_found_from_near_values() -> None:
     signal = measured(Case(EdgedPlate(3e-3, 25e-3), until=UNTIL), 0)
     guess = {"thickness": 3.1e-3, "distance": 26e-3, "impact_speed": 0.3}

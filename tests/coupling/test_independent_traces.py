@@ -73,6 +73,7 @@ def test_all_half_planes_give_the_same_traces(edge: str, thickness: float, dista
     assert difference(EdgedPlate(thickness, distance, edge), plate) < 2e-4
 
 
+@pytest.mark.thorough
 def test_a_finite_plate_gives_the_same_trace() -> None:
     assert difference(EdgedPlate(3e-3, 15e-3), finite_plate(3e-3, 15e-3)) < 2e-3
 

@@ -284,6 +284,7 @@ def test_text_that_is_too_large_is_refused(tmp_path: Path) -> None:
         hl.read_signal(tmp_path / "blank.csv", {7: 1}, calibration=1.0)
 
 
+@pytest.mark.thorough
 def test_damaged_files_are_read_with_a_word_or_refused_in_one_line(tmp_path: Path) -> None:
     """Bytes, lines and cells are changed at random: another peak without a warning, or a raw error, is a fault."""
     drawn, path = random.Random(3), tmp_path / "scope.csv"

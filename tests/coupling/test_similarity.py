@@ -151,7 +151,9 @@ def primary(n: float, body: hl.Structure) -> float:
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.thorough] if name in LONG | {"cylinder", "laminate"} else [])
+        pytest.param(
+            name, marks=[pytest.mark.thorough] if name in LONG | {"cylinder", "laminate", "thin plate"} else []
+        )
         for name in DEFAULTS
     ],
 )

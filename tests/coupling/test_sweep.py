@@ -38,6 +38,7 @@ def test_two_axes_equal_single_runs() -> None:
     assert ratio.sel(material="acrylic", length=0.05).item() == hl.amplitude_ratio(single, sensor=3).item()
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("cores")
 def test_processes_change_nothing() -> None:
     """Nor does their usual number, one for each core."""

@@ -95,6 +95,7 @@ def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
     assert unwarned(turned.transpose(*grown.dims)).identical(unwarned(grown))
 
 
+@pytest.mark.thorough
 def test_results_of_other_sources_of_hertzlink_are_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     swept(tmp_path)
     monkeypatch.setattr("coupling.sweeps.store.own_sources", lambda: "others")
@@ -342,6 +343,7 @@ def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert unwarned(resumed.sel(radius=radii).drop_vars("error")).identical(unwarned(straight))
 
 
+@pytest.mark.thorough
 def test_kernels_that_are_compiled_are_said_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -71,6 +71,7 @@ def test_adaptive_windows_are_of_the_compiled_engine_alone(structure: Any, setti
         simulation.run(1e-5)
 
 
+@pytest.mark.thorough
 def test_adaptive_windows_follow_saved_times() -> None:
     run = hl.CoSimulation(chain(), STRUCTURES["rod"], window=hl.Adaptive()).run(3e-4, save_every=1e-6)
     assert run.time.values == pytest.approx(1e-6 * np.arange(301))

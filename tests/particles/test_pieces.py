@@ -133,6 +133,7 @@ def test_a_piece_that_contradicts_its_law_is_named(law: hl.laws.ContactLaw, mess
         hl.Chain([STEEL] * 3, STEEL, 0.3, law=law)
 
 
+@pytest.mark.thorough
 def test_a_piece_that_numba_cannot_compile_is_named() -> None:
     law = wrong_law(force=lambda law, i, d: fsum([law.stiffness[i] * d**2]) if d > 0.0 else 0.0)
     with pytest.raises(ValueError, match=r"^Cut\.force: Numba cannot compile it: \S.*$"):

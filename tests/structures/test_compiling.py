@@ -104,6 +104,7 @@ def kept(sources: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 def test_a_second_process_finds_kernels_and_an_edited_one_is_compiled(
     printed: Callable[..., Any], kept: Path, tmp_path: Path
 ) -> None:
@@ -116,6 +117,7 @@ def test_a_second_process_finds_kernels_and_an_edited_one_is_compiled(
     assert len(list((tmp_path / "kept").iterdir())) == 2
 
 
+@pytest.mark.thorough
 def test_a_users_piece_is_compiled_at_each_start(printed: Callable[..., Any], tmp_path: Path) -> None:
     for sign, result in (("*", 6.0), ("+", 5.0)):
         numbers, found, lines = printed(LAW.replace("* overlap", f"{sign} overlap"), "own")

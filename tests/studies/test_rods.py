@@ -33,6 +33,7 @@ def test_half_spaces(material: hl.Material, dashpot: float, expected: tuple[floa
         assert other is None or ours == pytest.approx(other, abs=apart)
 
 
+@pytest.mark.thorough
 def test_bead_20_between_steel_or_ptfe_and_the_chain() -> None:
     """facts.yaml, recomputed at γ = 5: deepest in PTFE at 431 µs; wall energy 0.847 and 0.937 of what is left."""
     data = quick("rod-stiffness")
