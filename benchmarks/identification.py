@@ -103,9 +103,10 @@ CASES: dict[str, Callable[[], Case]] = {
         {"coefficient": 6.0}, {"coefficient": (2.0, 20.0)}, (7, 16),
     ),
     **{kind: partial(ROD._replace, noise=kind) for kind in ("hum", "drift", "correlated")},
+    # A mesh for 160 kHz moves the best distance by half a standard deviation, one for 640 kHz by a twentieth.
     "two valleys": lambda: Case(
         small_plate, {"distance": 0.037}, {"distance": (0.02, 0.06)}, (7, 13), until=1e-3,
-        exact=partial(small_plate, frequency=160e3),
+        exact=partial(small_plate, frequency=640e3),
     ),
     "edge and thickness": lambda: Case(
         edge, {"distance": 0.06, "thickness": 4.83e-3}, {"distance": (5e-3, 0.3), "thickness": (1e-3, 6e-3)}, (7, 13)
