@@ -238,7 +238,7 @@ def plain_data(thing: Any) -> Any:
         flat = {name: value for name, value in vars(thing).items() if name != "_table"}
         deep = np.ndarray | np.generic
         members = {k: plain_data(v) if is_dataclass(v) or isinstance(v, deep) else v for k, v in flat.items()}
-    if is_bead and kind not in SHAPES:  # it is drawn by its size
+    if is_bead and kind not in (Sphere, HollowSphere, Ellipsoid, Cylinder):  # it is drawn by its size
         members |= {name: plain_data(getattr(thing, name)) for name in ATTRIBUTES}
     # Several losses, and several bodies, have fields of the same names.
     return members if isinstance(thing, Material | Surface) else {"class": kind.__qualname__} | members

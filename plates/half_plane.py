@@ -17,7 +17,7 @@ from structures.checks import within
 from structures.described import described_as
 from structures.fineness import fineness
 from structures.material import Material
-from structures.quantities import Asks, Likely, OneOf, Quantity, WallThickness
+from structures.quantities import Asks, Likely, OneOf, WallThickness
 from structures.structure import Structure, Vector, oscillators
 from structures.surface import Surface
 
@@ -78,7 +78,7 @@ def infinite_plate(thickness: WallThickness | None, material: Material | Laminat
 
 @described_as(called="half-plane")
 def half_plane(
-    thickness: Annotated[float, Quantity("m", "a length", "2.29 mm", *LENGTHS)],
+    thickness: Annotated[float, replace(Likely.THICKNESS, low=LENGTHS[0], high=LENGTHS[1])],
     material: Material,
     edge: Annotated[str, OneOf(*EDGES)],
     distance: Annotated[float, replace(Likely.DISTANCE, or_zero=True)],

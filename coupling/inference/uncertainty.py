@@ -144,6 +144,11 @@ def uncertainty(
         centre = finite(name, default)
         inputs[name] = centre, standard_uncertainty(name, spread, centre)
 
+    said = [
+        f"{name}: its uncertainty, {spread:g}, is {abs(spread / centre):.1g} of its value, {centre:g}, in "
+        'SI units; write "5 %" for a part of the value'
+        for name, (centre, spread) in inputs.items() if centre != 0.0 and not 1e-8 < abs(spread / centre) < 1.0
+    ]  # fmt: skip
     centres, deviations = np.array([*inputs.values()]).T
     of_sensor, values = waves_at([sensor]), dict(zip(inputs, centres.tolist(), strict=True))
     read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
@@ -162,7 +167,6 @@ def uncertainty(
     }
     units = {name: str(run[name].attrs.get("units", "1")) for name in names} | getattr(build, "units", {})
     budget = Uncertainty(value, standard, shares, inputs, units, warnings=findings_of(run))
-    said = list[str]()
     if lacking := [name for name in names if not isfinite(value[name])]:
         with collected():
             waves = reflections(build(**values).run(until), sensor)

@@ -219,6 +219,9 @@ class Flow:
                 samples.append(sample)
                 windows.append((begin, end))
             last = float(time[sample])
+        part = float(force[samples[-1]]) / amplitude
+        if len(samples) > 1 and time[-1] - last < lasts * part ** (-1.0 / 6.0):
+            notes[-1] = "may have a higher part after the end of the record, which comes soon after its peak"
         for place, (begin, end) in enumerate(windows):
             inside = self.peaks[(begin < self.peaks) & (self.peaks < end)]
             high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[samples[place]]]]

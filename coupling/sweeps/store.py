@@ -4,6 +4,7 @@ The name of a file is a checksum of all that determines its numbers: the point, 
 the builder and of what it calls, the data that these use from outside, and hertzlink's own sources.
 """
 
+import ast
 import dis
 import errno
 import inspect
@@ -11,10 +12,11 @@ import json
 import os
 import sys
 import sysconfig
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, partial
 from hashlib import sha256
+from importlib.util import resolve_name
 from pathlib import Path
 from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
@@ -27,6 +29,9 @@ from structures.caution import HOME, OWN_CODE
 from structures.checks import short
 
 Point = Mapping[str, Any]
+
+CODE = FunctionType, type, ModuleType
+"""What is followed once; data may be equal in several places."""
 
 ERROR_VARIABLE = "error"
 """Variable of a sweep that reports which points failed."""
@@ -105,18 +110,29 @@ def own_sources() -> str:
     return digest.hexdigest()
 
 
-def identity(value: Any, seen: tuple[int, ...] = ()) -> Any:
+def identity(value: Any, seen: dict[int, Any] | None = None) -> Any:
     """Return plain data that changes with a value: for a function its source, and the identity of all that it names.
 
-    Raises ValueError for a function without source, and for an object that cannot be pickled.
+    seen: what is being followed, and all code that was. Raises ValueError for a function without source, and for an
+    object that cannot be pickled.
     """
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic):
         return value.item()
+    seen = {} if seen is None else seen
     if id(value) in seen:
         return "as before"
-    again = partial(identity, seen=(*seen, id(value)))
+    seen[id(value)] = value
+    try:
+        return _followed(value, partial(identity, seen=seen))
+    finally:
+        if not isinstance(value, CODE):
+            del seen[id(value)]
+
+
+def _followed(value: Any, again: Callable[[Any], Any]) -> Any:
+    """Return the identity of what is no plain value; again: that of what it holds."""
     if isinstance(value, list | tuple):
         return [again(item) for item in value]
     if isinstance(value, Mapping):
@@ -126,9 +142,16 @@ def identity(value: Any, seen: tuple[int, ...] = ()) -> Any:
     if isinstance(value, MethodType):
         return again([value.__func__, value.__self__])
     if isinstance(value, ModuleType):
-        return _source(value) if _is_users(value.__name__) else value.__name__
+        if not _is_users(value.__name__):
+            return value.__name__
+        return [_source(value), again([sys.modules[name] for name in sorted(_imported(value)) if _is_users(name)])]
     if isinstance(value, type):
-        return _source(value) if _is_users(value.__module__) else f"{value.__module__}.{value.__qualname__}"
+        if not _is_users(value.__module__):
+            return f"{value.__module__}.{value.__qualname__}"
+        members = [inspect.unwrap(getattr(one, "fget", one)) for one in vars(value).values()]
+        # Those that a dataclass makes have no source of their own.
+        own = [one for one in members if isinstance(one, FunctionType) and one.__code__.co_filename != "<string>"]
+        return [_source(value), again([*value.__bases__, *own])]
     # A function that keeps results (functools.cache) or is compiled (numba.njit) wraps the user's.
     function = inspect.unwrap(value) if callable(value) else None
     if isinstance(function, FunctionType):
@@ -156,6 +179,18 @@ def _names(code: CodeType) -> Iterator[str]:
     for inner in code.co_consts:
         if isinstance(inner, CodeType):
             yield from _names(inner)
+
+
+def _imported(module: ModuleType) -> set[str]:
+    """Return the names of the modules that a module imports, and that are loaded."""
+    names = set[str]()
+    for node in ast.walk(ast.parse(_source(module))):
+        if isinstance(node, ast.Import):
+            names |= {one.name for one in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            package = resolve_name("." * node.level + (node.module or ""), module.__package__)
+            names |= {package, *(f"{package}.{one.name}" for one in node.names)}
+    return names & sys.modules.keys()
 
 
 def _source(what: Any) -> str:

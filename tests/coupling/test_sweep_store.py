@@ -230,7 +230,10 @@ def test_objects_are_told_apart() -> None:
     assert len({repr(identity(value)) for value in values}) == len(values)
 
 
-OUTSIDE = """
+OUTSIDE = (
+    "EXTRA = 0.0\ndef own(value):\n    return value\n",
+    "import further\ndef extra():\n    return further.own(further.EXTRA)\n",
+    """
 from functools import cache
 import hertzlink as hl
 import numpy as np
@@ -239,11 +242,20 @@ import settings
 SPEED, TABLE, LEVELS = 0.3, {"wall": [hl.PTFE]}, np.linspace(0.0, 1.0, 50)
 
 
-class Part:
-    scale = 2.0
+class Scaled:
+    @property
+    def scale(self):
+        return doubled(1.0)
+
+
+class Part(Scaled):
 
     def bead(self, radius=1e-3):
         return hl.Sphere(radius * self.scale, hl.STEEL_440C)
+
+
+def doubled(number):
+    return 2.0 * number
 
 
 @cache
@@ -253,14 +265,16 @@ def half(number):
 
 def factory(preload):
     def build(length):
-        bead = Part().bead(half(2e-3) + settings.EXTRA)
+        bead = Part().bead(half(2e-3) + settings.extra())
         chain = hl.Chain([bead] * 3, bead, SPEED + 0.0 * LEVELS[0], preload=preload)
         return hl.CoSimulation(chain, hl.half_space(TABLE["wall"][0]))
     return build
 
 
 build = factory(1.0)
-"""
+""",
+)
+"""The modules `further`, `settings` and `outside`."""
 
 
 def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -269,9 +283,9 @@ def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: py
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python takes edits within a second for the same file
 
-    def named(change: tuple[str, str] = ("", ""), extra: str = "EXTRA = 0.0\n") -> str:
-        for name, text in (("outside", OUTSIDE.replace(*change) if change[0] else OUTSIDE), ("settings", extra)):
-            (tmp_path / f"{name}.py").write_text(text)
+    def named(change: tuple[str, str] = ("", "")) -> str:
+        for name, text in zip(("further", "settings", "outside"), OUTSIDE, strict=True):
+            (tmp_path / f"{name}.py").write_text(text.replace(*change) if change[0] else text)
             sys.modules.pop(name, None)
         importlib.invalidate_caches()
         outside = importlib.import_module("outside")
@@ -281,11 +295,12 @@ def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: py
     assert named() == before
     changes = [
         ("SPEED, TABLE, LEVELS = 0.3", "SPEED, TABLE, LEVELS = 0.31"), ("[hl.PTFE]", "[hl.ACRYLIC]"),
-        ("0.0, 1.0, 50", "0.0, 1.1, 50"), ("scale = 2.0", "scale = 2.1"), ("radius=1e-3", "radius=2e-3"),
+        ("0.0, 1.0, 50", "0.0, 1.1, 50"), ("doubled(1.0)", "doubled(1.1)"), ("2.0 * number", "2.1 * number"),
+        ("radius=1e-3", "radius=2e-3"),
         ("0.5 * number", "0.6 * number"), ("factory(1.0)", "factory(1.5)"), ("[bead] * 3", "[bead] * 4"),
+        ("return value", "return 2.0 * value"), ("EXTRA = 0.0", "EXTRA = 1e-4"),
     ]  # fmt: skip
-    names = [*map(named, changes), named(extra="EXTRA = 1e-4\n")]
-    assert len({before, *names}) == len(changes) + 2
+    assert len({before, *map(named, changes)}) == len(changes) + 1
 
 
 SCRIPT = """
