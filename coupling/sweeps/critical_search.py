@@ -28,6 +28,9 @@ DEFAULT_BRACKET = 0.2e-3
 SHORTEST_BRACKET = 1e-6
 """m. A mesh that moves with the contact makes AR scatter by about 1e-5, which corresponds to a few µm of distance."""
 
+NEARLY = 0.7
+"""Part of the tolerance that a turn of AR between samples must reach, by a spline, to be sampled."""
+
 Curve = dict[float, xr.Dataset]
 """What is kept of the runs of one curve, by their distances, m."""
 
@@ -45,7 +48,8 @@ def critical_distance_search(
     """Find the distance beyond which AR stays within a tolerance of its far value, by refinement.
 
     Runs `build(distance=…)` at all distances of the scan. Then it adds distances around the last crossing of far value
-    ± tolerance, until the bracket of the crossing is short enough. The far value is AR at the largest distance.
+    ± tolerance, until the bracket of the crossing is short enough, and where AR may leave the tolerance again between
+    two samples beyond it. The far value is AR at the largest distance.
 
     Parameters
     ----------
@@ -56,8 +60,8 @@ def critical_distance_search(
     sensor : int
         Bead whose force is read, counted from the struck end.
     distances : sequence of float
-        The first scan, m, three or more. AR oscillates with the distance, so the scan must be dense enough to resolve
-        the last crossing.
+        The first scan, m, three or more. AR oscillates with the distance, so the scan must be dense enough to show
+        where AR turns.
     tolerance : float or sequence of float
         Allowed difference of AR from its far value, in units of the incident amplitude. Several tolerances share their
         samples.
@@ -171,18 +175,27 @@ class _Search:
 
         The midpoint of the bracket where that is enough, or the last step was slow; else two samples close to the
         crossing of a cubic spline through three neighbours on each side, or one if the other lies outside the bracket.
+        At the end, the places beyond it where a spline through all samples turns near the edge of the band, or out of
+        it: AR may leave the band between two samples.
         """
         _, low, high = self.crossing()
-        if low not in self.curve or not self.bracket < high - low < inf:
+        distances, ratios = as_arrays(self.curve)
+        valid = ~np.isnan(ratios)
+        x, y = distances[valid], ratios[valid]
+        if not high < inf:
             return []
+        if low not in self.curve or high - low <= self.bracket:
+            spline = CubicSpline(x, y - y[-1])
+            turns = spline.derivative().roots(extrapolate=False)
+            turns = turns[(turns > high) & (turns < x[-1]) & (abs(spline(turns)) > NEARLY * self.tolerance)]
+            before, after = x[x.searchsorted(turns) - 1], x[x.searchsorted(turns)]
+            far = np.minimum(turns - before, after - turns) > np.maximum(0.1 * (after - before), self.bracket)
+            return [round(place, 9) for place in turns[far].tolist()]
         slow, self.before = high - low > 0.5 * self.before, high - low
         if slow or high - low <= 2.0 * self.bracket:
             return [round(0.5 * (low + high), 9)]
-        distances, ratios = as_arrays(self.curve)
         outside = self.curve[low].amplitude_ratio.item()
         level = crossed_level(outside, float(ratios[-1]), self.tolerance)
-        valid = ~np.isnan(ratios)
-        x, y = distances[valid], ratios[valid]
         near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
         spline = CubicSpline(x[near], y[near])
         crossing = brentq(lambda d: spline(d) - level, low, high)

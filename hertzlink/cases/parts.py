@@ -239,7 +239,7 @@ class CriticalDistance:
     """Which distance is critical, and by what measure."""
 
     along: Annotated[str, Asks('the path of an axis of [sweep], such as "structure.at[0]"')]
-    tolerance: Annotated[float, Quantity()] = 0.02
+    tolerance: Annotated[float, Quantity(high=1.0)] = 0.02
     bracket: Length = 0.2e-3
 
 
