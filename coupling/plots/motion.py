@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from coupling.results.provenance import as_text, differences, provenance, stored
 from coupling.results.reading import Reading, contact_forces
 from coupling.results.schema import FIRST, OF_RUNS
-from particles.bead import Bead
+from particles.bead import surface_of
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.deformable_chain import DeformableChain
 from particles.kernels import drives
@@ -165,9 +165,19 @@ def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: 
     for number in numbers:
         sides = []
         for contact in (number - 1, number):
-            pressed = force[:, contact + 1]
-            scale = _radius_at_one_newton(chain, bodies, number, contact) if pressed.any() else 0.0
-            sides.append([Push(one, scale * one ** (1.0 / 3.0)) for one in pressed.tolist()])
+            pressed, radius = force[:, contact + 1], 0.0
+            if pressed.any():
+                neighbour = contact if contact < number else contact + 1
+                other: Any = bodies[neighbour] if neighbour < len(bodies) else None
+                if other is None and neighbour == 0:
+                    other = chain.excitation.faces(chain.beads[0])
+                if other is None:
+                    where = f"bead {number} touches no bead at contact {contact + 1}"
+                    raise ValueError(f"beads: {where}, so its stress is not known")
+                pair = bodies[number].surface, surface_of(other)
+                # By Hertz, at 1 N; the radius of a contact grows with the cube root of the force.
+                radius = sqrt(hertz_stiffness(*pair) ** (-2.0 / 3.0) / relative_curvatures(*pair)[1])
+            sides.append([Push(one, radius * one ** (1.0 / 3.0)) for one in pressed.tolist()])
         pushes[number] = list(zip(*sides, strict=True))
     fields = dict[Any, BeadField]()
     for bead in dict.fromkeys(bodies[number] for number in numbers):
@@ -219,18 +229,6 @@ def _check_chain(reading: Reading, chain: DeformableChain, own: int) -> None:
         raise ValueError(
             f"body: is not that of the run: {', '.join(unlike[:MOST_LISTED])}{more}; give the one that was run"
         )
-
-
-def _radius_at_one_newton(chain: DeformableChain, bodies: Sequence[Any], number: int, contact: int) -> float:
-    """Return the radius of a contact circle of a bead, m, by Hertz; it grows with the cube root of the force."""
-    neighbour = contact if contact < number else contact + 1
-    body: Bead | None = bodies[neighbour] if neighbour < len(bodies) else None
-    facing = chain.excitation.faces(chain.beads[0]) if neighbour == 0 else None
-    facing = facing if body is None else body.surface
-    if facing is None:
-        raise ValueError(f"beads: bead {number} touches no bead at contact {contact + 1}, so its stress is not known")
-    surface = bodies[number].surface
-    return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / relative_curvatures(surface, facing)[1])
 
 
 def _nearest_rows(run: xr.Dataset, times: ArrayLike) -> NDArray[np.intp]:

@@ -9,7 +9,7 @@ import xarray as xr
 from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energies, energy_error, sensor_force
-from coupling.results.reading import Reading
+from coupling.results.reading import ALL_KEPT, Reading
 from structures.checks import whole
 from structures.units import handy
 
@@ -98,7 +98,8 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_one_chain("contact_force")
-    reading.check_every_contact()
+    if reading.at_sensors and len(reading.kept) <= max(reading.beads):
+        raise ValueError(f"run: keeps sensors only, and not the forces of all contacts; run it {ALL_KEPT}")
     force = run.contact_force.transpose("contact", "time").sel(contact=sorted(reading.kept))
     values, time = force.values, reading.time
     every = max(1, -(-time.size // MAP_COLUMNS))

@@ -137,11 +137,6 @@ class Reading:
             what = "is a measured signal and " if self.is_signal else ""
             raise ValueError(f"run: {what}holds no {missing}; must be the Dataset of {source}")
 
-    def check_every_contact(self) -> None:
-        """Raise a ValueError where only the contacts of some sensors were kept."""
-        if self.at_sensors and len(self.kept) <= max(self.beads):
-            raise ValueError(f"run: keeps sensors only, and not the forces of all contacts; run it {ALL_KEPT}")
-
     def check_one_run(self, *names: str) -> None:
         """Raise a ValueError where variables have the axes of a sweep."""
         for axes in filter(None, (axes_of(self.data[name]) for name in names)):
