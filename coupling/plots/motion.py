@@ -146,7 +146,7 @@ def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: 
     reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
     reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
     reading.check_one_chain(*BEAD_VARIABLES)
-    run, bodies = reading.data, (chain.body, *chain.beads)
+    run, bodies = reading.data, list[Any]([chain.body, *chain.beads])
     own, count, first = int(run.coords.get("chain", 0)), len(bodies), 0 if chain.body is not None else 1
     _check_chain(reading, chain, own)
     given = [beads] if isinstance(beads, int | np.integer) else beads
@@ -168,7 +168,7 @@ def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: 
             pressed, radius = force[:, contact + 1], 0.0
             if pressed.any():
                 neighbour = contact if contact < number else contact + 1
-                other: Any = bodies[neighbour] if neighbour < len(bodies) else None
+                other = bodies[neighbour] if neighbour < len(bodies) else None
                 if other is None and neighbour == 0:
                     other = chain.excitation.faces(chain.beads[0])
                 if other is None:
