@@ -183,10 +183,7 @@ class CoSimulation:
         return dataset(self.interface, frames, plan.interval, inputs, findings)
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:
-        """Return the division of a run into windows and saved times, or raise a ValueError for times that do not fit.
-
-        Nor does a run of more steps than `most_steps`.
-        """
+        """Return a run's windows and saved times; a ValueError if times do not fit or steps exceed `most_steps`."""
         check_effort(self.interface.chains, until, self.most_steps)
         return plan_run(self.interface, self.scheme, self.window, until, save_every, self.accuracy.windows)
 

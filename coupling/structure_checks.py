@@ -144,9 +144,10 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, flo
         stiffness, shear = np.diag(wall["bending"])[:2], np.diag(wall["shear"])
         share = float((2.0 * np.pi / length * np.sqrt(wall["mass"] * stiffness) / shear).max())
         if share > SHEARED:
+            added = f"{100.0 * share:.0f} % of" if share < 10.0 else f"{share:.0f} times"
             words = (
-                f"this run's push of {readable(length, 's', 2)} shears the wall by {share:.2g} of its bending, which "
-                "Kirchhoff's theory leaves out; amplitude ratios are wrong; mindlin_plate includes it"
+                f"during this run's push of {readable(length, 's', 2)}, shear adds {added} the plate's bending "
+                "deflection; Kirchhoff's theory leaves it out, so AR is not reliable; mindlin_plate includes it"
             )
             yield "shear", share, words
 

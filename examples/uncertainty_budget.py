@@ -37,7 +37,8 @@ budget = hl.uncertainty(build, 0.7e-3, 7, draws=draws, **tolerances)
 print(f"AR {budget.value['amplitude_ratio']:.3f} ± {budget.standard['amplitude_ratio']:.4f}")
 print(budget)
 for name, (_, spread) in budget.sampled.items():
-    print(f"{name}: the draws scatter {100.0 * (spread / budget.standard[name] - 1.0):+.0f} % more than the budget")
+    more = 100.0 * (spread / budget.standard[name] - 1.0)
+    print(f"{name}: the draws scatter {abs(more):.0f} % {'more' if more > 0.0 else 'less'} than the budget")
 
 figure, panels = plt.subplots(1, 2, figsize=(8.0, 3.0), layout="constrained", sharey=True)
 titles = {"amplitude_ratio": "AR", "time_of_flight": "TOF"}

@@ -75,6 +75,8 @@ class Chain:
             if id(self.striker) not in places:  # the user was warned of what is odd in a bead
                 what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
                 check_bead("striker", self.striker, what)
+            if self.impact_speed == 0.0:
+                raise ValueError("impact_speed = 0.0: must be a positive number of m/s; zero is for striker=None only")
             Likely.SPEED.check("impact_speed", self.impact_speed)  # type: ignore[arg-type]
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(5.0)")

@@ -118,7 +118,9 @@ def half_plane(
     # (2/π) ∫ Re Y(ω) sin(ωt)/ω dω. Gauss points ω_j with weights h_j make oscillators of the stiffness ω_j² and the
     # contact entry b_j = √(2 h_j Re Y(ω_j)/π). What lies above all oscillators is the flexibility (2/π) ∫ Re Y/ω² dω.
     section = homogeneous_section(thickness, material)
-    away = 0.0 if edge == "free" and distance == 0.0 else within("distance", distance, *LENGTHS, "m")
+    if distance == 0.0 and edge != "free":
+        raise ValueError("distance = 0.0: must be a positive number of m; zero is for a free edge only")
+    away = distance and within("distance", distance, *LENGTHS, "m")
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
     plate = HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)

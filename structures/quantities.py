@@ -10,7 +10,7 @@ from typing import Annotated
 
 from structures.caution import caution
 from structures.checks import MOST, one_of, positive, whole, within
-from structures.units import NUMBER, PARTS, spread_of
+from structures.units import NUMBER, PARTS, factor, spread_of
 
 PLAIN = str.maketrans({"²": "^2", "³": "^3"})
 
@@ -73,9 +73,17 @@ class Quantity:
         size, (low, high) = abs(value), self.likely
         if size == 0.0 or low <= size <= high:
             return
-        other = self.below if size < low else self.above
+        offered = (self.below if size < low else self.above).split(" or ")
+        other = " or ".join([unit for unit in offered if self._is_likely(size, unit)] or offered)
         read = f"{value:g} {self.counted_in or self.unit}, which is improbable"
         caution(f"{owner} {name} = {value:g}: is read as {read}; did you mean {value:g} {other}?")
+
+    def _is_likely(self, size: float, unit: str) -> bool:
+        """Return whether a number is of a probable size in another unit, as is all that is no unit of this quantity."""
+        try:  # diamond has the highest modulus, 1.2e12 Pa
+            return self.likely[0] <= size * float(factor(unit, self.unit.translate(PLAIN))) <= min(self.likely[1], 2e12)
+        except ValueError:
+            return True
 
 
 def standard_uncertainty(name: str, text: float | str, value: float) -> float:

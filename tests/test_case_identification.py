@@ -97,7 +97,7 @@ def test_what_yielding_changes_is_said_of_the_sensor_asked_for() -> None:
     data, yielded = run_both(task_of(case_of(text)), 1)
     (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     assert yielded is not None
-    assert said.endswith('yields; "fresh spot" in the table contains it, by Jackson and Green\'s law')
+    assert said.endswith('yields; the rows "fresh spot" include it, by Jackson and Green\'s law')
 
 
 def rows_of(path: str) -> list[list[str]]:
@@ -119,7 +119,7 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert "bead 7, primary, fresh spot" in page
     with xr.open_dataset(tmp_path / "brass" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
-    assert '"fresh spot" in the table contains it' in said
+    assert 'the rows "fresh spot" include it' in said
     # The CSV files hold both; the traces, whose times differ, are two files.
     ratios = {row[-1]: float(row[4]) for row in rows_of("brass/waves.csv") if row[1] == "primary"}
     assert ratios == {"elastic": pytest.approx(0.181, abs=5e-4), "Jackson-Green": pytest.approx(0.068, abs=5e-4)}

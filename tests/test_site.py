@@ -76,8 +76,7 @@ def test_the_question_of_the_first_trace_is_that_of_its_template() -> None:
     from hertzlink.cases import templates
 
     (question,) = re.findall(r"^```toml\n(.*?)^```", (DOCS / "first_trace.md").read_text(encoding="utf-8"), re.S | re.M)
-    written = "".join(path.read_text(encoding="utf-8") for path in Path(templates.__file__).parent.glob("*.toml"))
-    assert question in written
+    assert question in "".join(path.read_text("utf-8") for path in Path(templates.__file__).parent.glob("*.toml"))
 
 
 @pytest.mark.thorough
@@ -86,6 +85,7 @@ def test_the_fit_of_the_first_trace(tmp_path: Path, command: Callable[..., str])
     command("new", "identify")
     assert shown("first_trace.md")[0].splitlines()[2] in command("signal", "identify.csv")
     said, page = command("identify", "identify.toml", "identify.csv"), shown("first_trace.md")[1]
+    assert page.partition("\nnote: ")[2] in said
     for name in ("structure.thickness", "structure.distance", "gain 13"):
         found, told = (numbers(next(line for line in text.splitlines() if name in line)) for text in (said, page))
         assert found[:3] == pytest.approx(told[:3], rel=1e-3)

@@ -161,6 +161,7 @@ def uncertainty(
     value = {name: float(run[name]) for name in names}
     parts = {name: (run[f"{name}_derivative"].values * deviations) ** 2 for name in names}
     standard = {name: sqrt(float(part.sum())) for name, part in parts.items()}
+    standard = {name: size if size > 1e-10 * abs(value[name]) else 0.0 for name, size in standard.items()}  # rounding
     shares = {
         parameter: {name: float(part[k] / part.sum()) if part.sum() > 0.0 else 0.0 for name, part in parts.items()}
         for k, parameter in enumerate(inputs)

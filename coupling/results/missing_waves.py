@@ -23,8 +23,8 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
     for distance, end in ((sensor - 1, "struck end"), (beads - sensor, "structure")):
         if distance < WAVE_LENGTH:
             caution(
-                f"sensor = {sensor}: is {_from_end(distance)} the {end}; within {WAVE_LENGTH} beads of it, the length "
-                f"of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
+                f"sensor = {sensor}: bead {sensor} is {_from_end(distance)} the {end}; within {WAVE_LENGTH} beads "
+                f"of it, the length of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
             )
 
 
@@ -72,4 +72,4 @@ def rounded_up(value: float) -> float:
 
 
 def _from_end(distance: int) -> str:
-    return f"{count_of(distance, 'bead')} from" if distance else "the bead at"
+    return f"{count_of(distance, 'bead')} from" if distance else "at"

@@ -76,6 +76,8 @@ class Call:
         if not reason or place[0] not in self.form.entries:
             return Fault(self.path, message)
         typed = entry(self.typed, place)
+        if name == "until" and typed is None:  # of the run, which a structure serves
+            return Fault(("run", "until"), f"{value} s{' ' if reason.startswith('must ') else ': '}{reason}")
         if not equals or typed is None or isinstance(typed, Mapping):
             reason = f"is missing; {reason}" if value == "None" else reason.rpartition("}: ")[2]
             return Fault((*self.path, *place), reason)

@@ -181,7 +181,7 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
         critical, low, high, far = map(float, (at.critical_distance, *at.bracket, at.far_value))
         rows.append([*values, critical, low, high, far, wanted.tolerance])
         if bool(at.lower_bound):
-            remarks.add("> : AR does not settle within the distances or the record; the true one is larger")
+            remarks.add("> : AR still changes at the last distance that the record allows; the true one is larger")
         if low == 0.0:
             remarks.add("< : AR is within the tolerance at all distances; give smaller ones")
         best, *ends = (along.shown(number, 4) for number in (critical, low, high))

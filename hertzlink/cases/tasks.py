@@ -253,7 +253,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
         except ValueError:
             pass  # A case that cannot run with the law keeps its findings.
         else:
-            cure = '; "fresh spot" in the table contains it, by Jackson and Green\'s law'
+            cure = '; the rows "fresh spot" include it, by Jackson and Green\'s law'
             said, findings = (
                 [one.split("; ")[0] + cure if is_of_yield(one) else one for one in many] for many in (said, findings)
             )

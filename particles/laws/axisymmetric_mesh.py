@@ -90,7 +90,7 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
         return Spheroid(bead.material, bead.radius, 0.5 * bead.length)
     if isinstance(bead, Surface) and bead.second_curvature == bead.curvature:
         return Block(bead.material, 1e4 * widest, bead.curvature)
-    raise ValueError(f"{name} = {bead!r}: must be a body of revolution about the chain's axis, with one curvature")
+    raise ValueError(f"{name} = {bead!r}: must be a Sphere, HollowSphere, Ellipsoid along the chain or round Surface")
 
 
 def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector]) -> tuple[Any, Vector, Vector]:

@@ -244,7 +244,8 @@ def kernel_table(law: ContactLaw) -> Vector:
         near = np.searchsorted(edges, 1e-6)  # a micrometre: a law of some newtons there is zero at zero to less
         rises = np.isfinite(rise).all() and (rise > 0.0).all() and abs(force[0]) <= 1e-5 * abs(force[near])
         if not (rises and np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5)):
-            raise ValueError(f"law: {type(law).__name__}.force: must be finite and rise from zero; tangent its slope")
+            name = type(law).__name__
+            raise ValueError(f"law: {name}.force: must be finite and rise from zero; {name}.tangent must be its slope")
     curve = CubicHermiteSpline(edges[1:], force[1:], slope[1:])
     work = curve.antiderivative()(edges[1:-1]) + 0.5 * force[1] * edges[1]
     line = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]

@@ -128,8 +128,8 @@ def test_a_wave_before_the_record_is_long_enough(run: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("sensor", "words"),
     [
-        (1, "the bead at the struck end"), (5, "4 beads from the struck end"), (6, ""), (15, ""),
-        (16, "4 beads from the structure"), (20, "the bead at the structure"),
+        (1, "at the struck end"), (5, "4 beads from the struck end"), (6, ""), (15, ""),
+        (16, "4 beads from the structure"), (20, "at the structure"),
     ],
 )  # fmt: skip
 def test_sensors_near_an_end_are_warned_of(run: xr.Dataset, sensor: int, words: str) -> None:
@@ -139,7 +139,7 @@ def test_sensors_near_an_end_are_warned_of(run: xr.Dataset, sensor: int, words: 
             measure(run, sensor)
         found = [str(one.message) for one in caught if str(one.message).startswith("sensor = ")]
         assert len(found) == bool(words)
-        assert all(f"sensor = {sensor}: is {words}" in one and "choose one from 6 to 15" in one for one in found)
+        assert all(f"bead {sensor} is {words}" in one and "choose one from 6 to 15" in one for one in found)
 
 
 def test_records_of_a_sweep_are_counted(run: xr.Dataset) -> None:

@@ -84,7 +84,7 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
         (
             COMPUTED_LAW,
             {"first": BALL, "second": LYING, "max_force": 1.0},
-            "second = Cylinder.*revolution",
+            "second = Cylinder.*along the chain",
         ),
     ],
 )
