@@ -1,5 +1,6 @@
 """What a file of an oscilloscope or recorder holds, as `hertzlink signal` shows it: a table and a picture."""
 
+import re
 from collections.abc import Iterator
 from io import BytesIO
 
@@ -7,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from coupling.inference.identification import LINE, as_text
+from coupling.results.sensor_trace import is_inverted
 from coupling.signals.overview import COLOURED, SILENT, Look, Overview
 from hertzlink.reports import default_style
 from structures.checks import count_of
@@ -45,13 +47,19 @@ def table(seen: Overview) -> str:
     rows = [(row[0], name, *row[2:]) for row, name in zip(rows, names, strict=True)]
     if len(seen.looks) > SHOWN:
         notes.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
-    notes += [f"column {column}: {reason}" for column, reason in [*seen.refused.items()][:SHOWN]]
+    notes += [f"column {column}: {as_options(reason)}" for column, reason in [*seen.refused.items()][:SHOWN]]
     if step > COARSE:
         coarse = f"note: a sample every {readable(step, 's', 4)} is too coarse for contacts of beads"
-        notes.append(f'{coarse}; if the times are in ms or µs, give time_unit, such as "us"; in a case in [identify]')
+        notes.append(f"{coarse}; if the times are in ms or µs, give --time-unit; in a case identify.time_unit")
     notes += [f"note: {note}"[:200] for note in seen.notes[:SHOWN]]
     what = f"{seen.kind}, {first.time.size} samples, one every {readable(step, 's', 4)}, from {begin} to {end}"
     return f"{what}\n{as_text(rows, notes, are_numbers=True)}"
+
+
+def as_options(message: str) -> str:
+    """Return a message in which arguments of `read_signal` are options of the command."""
+    text = message.replace("interval=, s, such as 5e-7", '--interval "0.5 us"')
+    return re.sub(r"\b(interval|time_unit|unit)(=(, s)?|(?=:))", lambda m: "--" + m[1].replace("_", "-"), text)
 
 
 def remarks(look: Look, first: Look) -> Iterator[str]:
@@ -60,6 +68,11 @@ def remarks(look: Look, first: Look) -> Iterator[str]:
     its, usual = (float(one.time[1] - one.time[0]) for one in (look, first))
     if look.time.size != first.time.size or abs(its - usual) > 1e-3 * usual:
         yield f"{look.time.size} samples, one every {readable(its, 's', 4)}"
+    if not span:
+        yield f"is constant, {readable(float(np.nanmax(look.values)), look.unit)}: must hold a wave"
+        return
+    if is_inverted(look.measures.filled):
+        yield "the waves are negative: the polarity is reversed; change the sign of the calibration"
     if look.clipped:
         yield f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range"
     if missing := int(np.isnan(look.values).sum()):

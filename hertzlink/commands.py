@@ -35,7 +35,7 @@ def show_signal(
     from coupling.signals.channels import Sampling
     from coupling.signals.overview import overview
     from hertzlink.cases.reader import number
-    from hertzlink.channels import OURS, REMARKS, drawn, table
+    from hertzlink.channels import OURS, REMARKS, as_options, drawn, table
 
     if file.suffix == ".toml":
         raise ValueError(f"{file}: is a case; give the file of a scope or recorder")
@@ -47,7 +47,10 @@ def show_signal(
     plain = NUMBER.fullmatch(interval or "")
     text = f"{interval} s" if plain and not plain[2] else interval
     seconds = None if interval is None else number(text, Likely.TIME, ("--interval",))
-    seen = overview(existing(str(file), file), Sampling(time_unit=time_unit, unit=unit, interval=seconds))
+    try:
+        seen = overview(existing(str(file), file), Sampling(time_unit=time_unit, unit=unit, interval=seconds))
+    except ValueError as error:
+        raise ValueError(as_options(str(error))) from error
     say(table(seen))
     write_file(name, drawn(seen, name.suffix))
     say(f"written: {name}")

@@ -17,7 +17,7 @@ from coupling.inference.identification import unknowns_of
 from coupling.results.findings import findings_of
 from hertzlink.cases import Fault, parsed
 from hertzlink.cases.case import Case, read
-from hertzlink.cases.identification import grid_of, question_of
+from hertzlink.cases.identification import grid_of, map_table, question_of
 from hertzlink.cases.tasks import budget_of, run_both, task_of
 from hertzlink.cases.templates import template
 
@@ -307,19 +307,20 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
 
 def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) -> None:
     """Of a run through a file: the values of the run itself."""
-    text = SHORT_WALL
-    Path("wall.toml").write_text(text)
-    Path("tap.csv").write_text(trace(case_of(text), 0.002, 1, 40e-6, {5: 1.0}))
+    Path("wall.toml").write_text(SHORT_WALL)
+    Path("tap.csv").write_text(trace(case_of(SHORT_WALL), 0.002, 1, 40e-6, {5: 1.0}))
     Path("points.csv").write_text("x / mm, y / mm, file\n0, 0, tap.csv\n")
     said = command("map", "wall.toml", "points.csv", "--jobs", "1")
-    with Path("wall-map/map.csv").open(newline="") as file:
-        rows = {row["unknown"]: row for row in csv.DictReader(file)}
-    run = case_of(text).run()
+    rows = {row["unknown"]: row for row in csv.DictReader(Path("wall-map/map.csv").read_text().splitlines())}
+    run = case_of(SHORT_WALL).run()
     for name, value in (("AR", hl.amplitude_ratio(run, 5)), ("TOF", hl.time_of_flight(run, 5))):
         row = rows[f"{name} at bead 5"]
         assert float(row["value (SI)"]) == pytest.approx(float(value), rel=0.01)
         assert row["verdict"] == "measured"
     assert "1 point: 1 measured" in said
+    assert re.search(r" 0\.\d+ \(0\.\d+ to 0\.\d+\) ", said)
+    with xr.open_dataset("wall-map/results.nc") as data:
+        assert map_table(data.assign(fits=data.fits + 1), [*rows], ["measured"]).shown.verdict[0] == "measured*"
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def map_taps(
     -------
     Dataset
         Over `point` and `unknown`: value, low and high (the 95 % interval), verdict; over `point`: x and y (m), taps,
-        misfit (residual over noise), files, and error, why the point failed. `plots.mapped` draws it.
+        fits (as good ones), misfit (residual over noise), files, and error, why it failed. `plots.mapped` draws it.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
     for name in ("x", "y", "file"):
         if names.count(name) != 1:
             has = f"has the columns {', '.join(filter(None, names))}" if any(names) else "has no columns"
-            raise ValueError(f"{file}: {has}; must have one column {name}, as in x / mm, y / mm, file")
+            raise ValueError(f'{file}: {has}; must have one column "{name}", as in x / mm, y / mm, file')
         try:
             factor(units[name] if name != "file" else "m", "m")
         except ValueError:
@@ -193,7 +193,7 @@ class Taps(Task):
                     answer: Any = self.build(self.measure(Path(name)), others)
                     if self.build is not waves_at:
                         answer = instance("answer(...)", answer, Identification, "an Identification").to_dataset()
-                    answers.append(answer[[*NONE, "unit", "unit_size"]])
+                    answers.append(answer[[*NONE, "unit", "unit_size"]].assign_attrs(fits=answer.sizes.get("mode", 1)))
                 except ValueError as error:
                     refused.append(error)
         if not answers:
@@ -211,7 +211,7 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
 
     Where taps scatter more than these allow (χ², 5 %), one factor makes the interval that of Student.
     """
-    first, count = taps[0].assign_attrs(taps=len(taps)), len(taps)
+    first, count = taps[0].assign_attrs(taps=len(taps), fits=max(tap.attrs.get("fits", 1) for tap in taps)), len(taps)
     if count == 1:
         return first, []
     value, low, high = (np.stack([tap[name].values for tap in taps]) for name in ("value", "low", "high"))
@@ -293,7 +293,8 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
     for name, unit in zip("xy", grid.units, strict=True):
         place = {"units": "m", "unit": unit, "size": float(factor(unit, "m"))}
         data[name] = "point", [float(point[name]) for point in grid.points], place
-    data["taps"] = "point", [int(answer.attrs.get("taps", 0)) for answer in every]
+    for name in ("taps", "fits"):
+        data[name] = "point", [int(answer.attrs.get(name, 0)) for answer in every]
     data["misfit"] = "point", [float(answer.attrs.get("misfit", np.nan)) for answer in every]
     data["files"] = "point", ["; ".join(name.name for name in names) for names in files]
     data["error"] = "point", [errors.get(k, "") for k in range(len(outcomes))]

@@ -140,7 +140,7 @@ def measures(time: Vector, values: Vector, mains: float | None = None) -> Measur
         )
     unclipped, depth = np.where(clipped, quiet, values), max(8.0 * step, 4.0 * noise)
     for level in (float(unclipped.max()), float(unclipped.min())):
-        if abs(level - quiet) < 0.1 * np.ptp(unclipped):
+        if abs(level - quiet) <= 0.1 * np.ptp(unclipped):
             continue
         on, near = unclipped == level, np.abs(unclipped - level) <= depth
         here = np.zeros(unclipped.size, dtype=bool)
@@ -158,11 +158,9 @@ def measures(time: Vector, values: Vector, mains: float | None = None) -> Measur
 
 
 def _blurred(values: Vector, sigma: float) -> Vector:
-    from scipy.ndimage import gaussian_filter1d
-
     if sigma <= WIDE:
         # Below a quarter of a sample the neighbours weigh exp(−8) = 0.0003: nothing changes.
-        return np.asarray(gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
+        return np.asarray(scipy.ndimage.gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
     reach = min(int(4.0 * sigma + 0.5), values.size)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     padded = np.pad(values, reach, mode="symmetric")
@@ -184,7 +182,14 @@ def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
         raise ValueError(f"{name}[{', '.join(map(str, place))}] is masked: must be a finite number")
     is_time = unit == "s" and getattr(array, "dtype", np.dtype(float)).kind in "mM"
     try:
-        plain = np.asarray(_seconds(name, array) if is_time else array)
+        if is_time:
+            if np.isnat(array).any():
+                raise ValueError(f"{name}[{int(np.flatnonzero(np.isnat(array))[0])}] is NaT")
+            array = array - array.flat[0] if array.dtype.kind == "M" and array.size else array
+            if np.datetime_data(array.dtype)[0] in ("generic", "Y", "M"):
+                raise ValueError(f"{array.dtype} has no units of a week or less")
+            array = array / np.timedelta64(1, "s")
+        plain = np.asarray(array)
         if plain.dtype.kind not in "iufO":
             raise TypeError(f"it holds {plain.dtype}")
         numbers = plain.astype(float)
@@ -194,13 +199,3 @@ def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
         return numbers * float(factor(stated, unit)) if stated else numbers
     except ValueError as error:
         raise ValueError(f"{name}: is in {stated!r}, must be in {unit} ({error})") from None
-
-
-def _seconds(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the moments and durations of numpy in seconds."""
-    if np.isnat(array).any():
-        raise ValueError(f"{name}[{int(np.flatnonzero(np.isnat(array))[0])}] is NaT")
-    spans = array - array.flat[0] if array.dtype.kind == "M" and array.size else array
-    if np.datetime_data(spans.dtype)[0] in ("generic", "Y", "M"):
-        raise ValueError(f"{array.dtype} has no units of a week or less")
-    return np.asarray(spans / np.timedelta64(1, "s"), dtype=float)

@@ -59,8 +59,14 @@ class Head:
 
     def unit(self, column: int, kind: tuple[str, ...]) -> Unit:
         """Return the unit that the head states of a column."""
-        stated = (stated_unit(row[column], kind, _are_units(row)) for row in self._names)
-        units = [unit for unit in stated if unit.text][:1]
+        units = list[Unit]()
+        for row in self._names:
+            # A row may hold units and nothing else, the first one of a time: "s,V" or "second,Volt".
+            bare = [cell.strip("()[] ") for cell in row]
+            are_units = len(bare) > 1 and bool(
+                read_unit(bare[0], TIME).si and all(is_unit(SECOND.sub("s", c)) for c in bare)
+            )
+            units += [unit] if not units and (unit := stated_unit(row[column], kind, are_units)).text else []
         for name, *cells in self._entries:
             if (re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None) == (kind == TIME):
                 units += [read_unit(cell.strip("()[] "), kind) for cell in cells if cell and not NUMBER.fullmatch(cell)]
@@ -84,12 +90,6 @@ def _bare(row: Sequence[str]) -> list[str]:
     while cells and not cells[-1]:
         cells.pop()
     return cells
-
-
-def _are_units(row: Sequence[str]) -> bool:
-    """Return whether cells are units and nothing else, the first of a time: "s,V" or "second,Volt"."""
-    bare = [cell.strip("()[] ") for cell in row]
-    return len(bare) > 1 and bool(read_unit(bare[0], TIME).si) and all(is_unit(SECOND.sub("s", c)) for c in bare)
 
 
 def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from coupling.results.hdf5 import check_hdf5
@@ -100,13 +101,6 @@ def tdms(path: Path) -> list[Channel]:
     return of_arrays(arrays, units, times)
 
 
-def matlab(path: Path) -> list[Channel]:
-    """Return the arrays of a file of MATLAB up to version 7.2."""
-    import scipy.io
-
-    return of_arrays(scipy.io.loadmat(path))
-
-
 def hdf5(path: Path) -> list[Channel]:
     """Return the numbers of an HDF5 file, which is that of MATLAB 7.3, too."""
     import h5py  # type: ignore[import-untyped]
@@ -139,10 +133,8 @@ def of_arrays(
     def near(name: str, wanted: set[str], size: int) -> str | None:
         """Return which of some names there is with so many numbers, in the folder of a channel or above it."""
         folder = name.rpartition("/")[0] + "/"
-        found = [n for n, one in numbers.items() if keys[n] in wanted and one.size == size]
-        return max(
-            (n for n in found if folder.startswith(n.rpartition("/")[0])), key=lambda n: n.count("/"), default=None
-        )
+        found = (n for n in numbers if keys[n] in wanted and folder.startswith(n.rpartition("/")[0]))
+        return max((n for n in found if numbers[n].size == size), key=lambda n: n.count("/"), default=None)
 
     for name, array in numbers.items():
         if array.ndim not in (1, 2) or max(array.shape) < FEWEST_SAMPLES or (array.ndim == 1 and keys[name] in TIMES):
@@ -163,7 +155,7 @@ def of_arrays(
 # Kinds of files: with what the content begins, and at which byte.
 KINDS: tuple[tuple[int, bytes, str, Any], ...] = (
     (0, b"TDSm", "a TDMS file of LabVIEW", tdms),
-    (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", matlab),
+    (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", lambda path: of_arrays(scipy.io.loadmat(path))),
     (0, b"\x89HDF", "an HDF5 file", hdf5),
     (512, b"\x89HDF", "an HDF5 file", hdf5),
     (0, b"PK\x03\x04", "a zip archive (.npz or .xlsx)", archive),

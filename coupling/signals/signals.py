@@ -242,8 +242,8 @@ def _dataset(
     places = {sensor: finite(f"positions[{sensor}]", positions[sensor], "m") for sensor in forces}
     if any(places[after] <= places[before] for before, after in pairwise(sorted(places))):
         raise ValueError(f"positions = {dict(positions)!r}: must increase with the number of the sensor")
-    along = ("sensor", [*places.values()], {"units": "m", "long_name": "position along the chain"})
-    return data.assign_coords(centre=along)
+    about = {"units": "m", "long_name": "position along the chain"}
+    return data.assign_coords(centre=("sensor", [*places.values()], about))
 
 
 def _doubts(data: xr.Dataset, upright: str) -> list[str]:

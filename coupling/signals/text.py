@@ -4,6 +4,7 @@ import re
 import warnings
 from collections.abc import Collection, Sequence
 from io import StringIO
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,6 @@ SHOWN = 80  # Characters of a line in a message.
 
 # Signs and blanks of typeset numbers, and marks of the end of a file.
 TYPESET = str.maketrans({**dict.fromkeys("−–‐‑﹣－", "-"), **dict.fromkeys("\xa0\u202f", " "), "\0": "", "\x1a": ""})
-THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
 CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 
 
@@ -68,11 +68,14 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     # Which columns hold times: of each sensor the nearest one to its left that increases.
     rising = given or [column for column in numbers if asked.interval is None and rises(numbers[column])]
     chosen = [column for column in numbers if column not in rising] if columns is None else sorted(columns)
+    falls = not rising and asked.interval is None and [column for column in numbers if rises(-numbers[column])]
+    if falls:
+        raise ValueError(f"{path}: column {falls[0]} decreases from line to line; if it is the time, it must increase")
     if swapped := [column for column in chosen if rises(numbers[column])]:
-        raise ValueError(
-            f"{path}: column {swapped[0]} increases from line to line, as a time does: are the columns swapped? "
-            "sensors = {bead: column}, counted from 0; the time is time_column"
-        )
+        increases = f"{path}: column {swapped[0]} increases from line to line, as a time does"
+        if columns is None:
+            raise ValueError(f"interval: {increases}, and is for a file without times; leave it out")
+        raise ValueError(f"sensors: {increases}: are the columns swapped? They count from 0; the time is time_column")
     time_of = {column: max([c for c in rising if c < column], default=min(rising, default=None)) for column in chosen}
     timed_by = sorted({column for column in time_of.values() if column is not None})
     samples, left_out = samples_in(path, lines, table, numbers, timed_by, chosen)
@@ -86,7 +89,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     above = rows[: lines.index.get_loc(samples[0])]
     head = Head(above, width, rows[:HEAD])
     table, numbers = table.loc[samples], numbers.loc[samples]
-    check_commas(path, table[sorted({*chosen, *timed_by})], delimiter, above, width)
+    check_marks(path, table[sorted({*chosen, *timed_by})], delimiter, decimal, above, width)
     channels = dict[int, Channel]()
     for column in chosen:
         words = dict.fromkeys(cell or "an empty cell" for cell in table[column][numbers[column].isna()][:100])
@@ -181,17 +184,21 @@ def samples_in(
     return samples, [f"{left_out}: {named}"] if len(lost) else []
 
 
-def check_commas(path: Path, cells: pd.DataFrame, delimiter: str, above: Sequence[Sequence[str]], width: int) -> None:
-    """Raise a ValueError where commas may stand before decimals or between thousands, or cut numbers in two."""
-    for name in cells:
+def check_marks(
+    path: Path, cells: pd.DataFrame, delimiter: str, decimal: str, above: Sequence[Sequence[str]], width: int
+) -> None:
+    """Raise a ValueError where a mark may stand before decimals or between thousands, or commas cut numbers in two."""
+    for name, mark in product(cells, ",."):
         column = cells[name]
-        with_comma = column[column.str.contains(",")]
-        is_unclear = len(with_comma) and (delimiter == "," or len(with_comma) < len(column))
-        if is_unclear and with_comma.str.fullmatch(THOUSANDS).all():
-            one = with_comma.iloc[0]
+        marked = column[column.str.fullmatch(rf"[-+]?[\d.,]*\d\{mark}\d[\d.,]*")]
+        # Between thousands there are three digits, in all cells of a column that have the mark, but some have none.
+        is_unclear = len(marked) < len(column) or delimiter == mark
+        thousands = marked.str.fullmatch(rf"[-+]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+([.,]\d*)?")
+        if len(marked) and (mark != decimal or (is_unclear and thousands.all())):
+            one, beside = marked.iloc[0], f", beside numbers with {decimal!r}" * (mark != decimal)
             raise ValueError(
-                f"{path}: {one!r} may be {one.replace(',', '.')} or {one.replace(',', '')}; export the trace with "
-                "decimal points, and without commas in numbers"
+                f"{path}: {one!r} may be {one.replace(mark, '.')} or {one.replace(mark, '')}{beside}; export the trace "
+                "with one decimal mark, and without marks between thousands"
             )
     # Twice as many columns as names, or cells of decimals alone.
     named = [list(filter(None, row)) for row in above]

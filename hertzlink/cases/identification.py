@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, unknowns_of
+from coupling.inference.identification import IDENTIFIED, NUISANCE, Identification, unknowns_of
 from coupling.inference.identify import identify
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO
 from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, waves_at, where
@@ -217,11 +217,12 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
     ]
     counts = ", ".join(f"{count} {verdict}" for verdict, count in Counter(verdicts).items())
     summary = f"{count_of(data.sizes['point'], 'point')}: {counts}"
+    rivals = ["* other values fit as well; the interval contains them"] if (data.fits > 1).any() else []
     code = 0 if set(verdicts) <= {IDENTIFIED, MEASURED} else NOT_IDENTIFIED
-    return Answer(data, [_map_table(data, asked, verdicts)], [*failed, summary], code=code)
+    return Answer(data, [map_table(data, asked, verdicts)], [*rivals, *failed, summary], code=code)
 
 
-def _map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
+def map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
     """Return a row of the file for each point and unknown, and of the terminal for each point, in the user's units."""
     columns = {
         "x": "x (m)", "y": "y (m)", "unknown": "unknown", "value": "value (SI)", "low": "low", "high": "high",
@@ -234,13 +235,10 @@ def _map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table
     cells = []
     for k, verdict in enumerate(verdicts):
         point = data.sel(unknown=asked).isel(point=k)
-        shown = [f"{float(point[along]) / data[along].attrs['size']:g}" for along in "xy"] + [str(int(point.taps))]
+        shown = [f"{float(point[along]) / data[along].attrs['size']:g}" for along in "xy"]
         unknowns = [replace(one, name=short[one.name]) for one in unknowns_of(point)]
-        for one in unknowns:  # half of the interval, or the interval alone of an unknown that is blind
-            (low, high), (_, value, interval, _) = one.interval, one.row()
-            text = f"({interval})" if one.verdict == BLIND else f"{value} ± {(high - low) / 2.0 / one.unit_size:#.2g}"
-            shown.append("-" if np.isnan(one.value) else text)
-        cells.append([*shown, verdict])
+        shown += ["-" if np.isnan(one.value) else "{} ({})".format(*one.row()[1:3]) for one in unknowns]
+        cells.append([*shown, verdict + "*" * (int(point.fits) > 1)])
     head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"]
-    head += ["taps", *(one.head for one in unknowns), "verdict"]
+    head += [*(one.head for one in unknowns), "verdict"]
     return Table("map.csv", frame, pd.DataFrame(cells, columns=head))

@@ -150,6 +150,13 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert re.match(r"1 +Kraft.*… 13 / mV +0 V +1.2 mV +0 V +0 V +none$", lines[2])
     assert len(lines[2]) <= 80
     assert "scatters" not in "".join(lines)
-    np.savetxt(tmp_path / "ms.csv", np.c_[1e3 * time, volts], delimiter=",")
-    assert ended("signal", str(tmp_path / "ms.csv"), "--picture", str(tmp_path / "a.png")) == 0
-    assert "too coarse for contacts of beads" in capsys.readouterr().out
+    for columns, given, said in (
+        ([1e3 * time, volts], [], "too coarse for contacts of beads"),
+        ([time, -volts], [], "column 1: the waves are negative"),
+        ([time, 0.0 * time], [], "column 1: is constant, 0 V"),
+        ([time, volts], ["--interval", "1 us"], "hertzlink: --interval: "),
+        ([volts], [], 'give --interval "0.5 us"'),
+    ):
+        np.savetxt(tmp_path / "a.csv", np.transpose(columns)[::16], delimiter=",")
+        ended("signal", str(tmp_path / "a.csv"), "--picture", str(tmp_path / "a.png"), *given)
+        assert said in "".join(capsys.readouterr())

@@ -199,19 +199,11 @@ def changed(number: int, text: str | None) -> list[str]:
 @pytest.mark.parametrize(
     ("lines", "said", "lost"),
     [
-        (
-            changed(102, "0.000000000,#OVERFLOW,0.1"),
-            "1 sample is lost .*: '#OVERFLOW', the first after line 101",
-            1,
-        ),
+        (changed(102, "0.000000000,#OVERFLOW,0.1"), "1 sample is lost .*: '#OVERFLOW', the first after line 101", 1),
         (changed(102, "0.000000000"), "1 sample is lost .*: 'an empty cell', the first after line 101", 1),
         (changed(102, None), "1 sample is lost .* and NaN, the first after line 101", 1),
         (changed(102, "# a remark"), "1 line that is no sample was left out: line 102 '# a remark'", 1),
-        (
-            [*changed(1, "t,a,b"), ",,", "# end"],
-            "2 lines that are no samples were left out: line 1002",
-            0,
-        ),
+        ([*changed(1, "t,a,b"), ",,", "# end"], "2 lines that are no samples were left out: line 1002", 0),
     ],
 )
 def test_a_damaged_line_is_named(tmp_path: Path, lines: list[str], said: str, lost: int) -> None:
@@ -251,6 +243,9 @@ def test_a_last_line_that_is_cut_off(tmp_path: Path, last: str) -> None:
         ([row for row in table() for _ in (0, 1)], "each time stands twice; export the trace without peak detection"),
         (['"t","U"', *(f'{k}e-6,"{k % 7 + 1},{100 + k}"' for k in range(99))], r"'1,1\d\d' may be 1\.1\d\d or 11\d\d"),
         (["Zeit (µs),Kanal 1 (V)", *commas(table("{t:.1f},{v:.6f}", 1e6))], "commas part columns and decimals alike"),
+        ([f"0,{k:04};{'8.894' if k % 3 else '950'}" for k in range(99)], "'8.894' may be 8.894 or 8894, beside .* ','"),
+        ([f"0.{k:04};{'9.5' if k % 3 else '12,5'}" for k in range(99)], "'0.0000' may be .*, beside numbers with ','"),
+        (["t (s),U (V)", *table()[::-1]], "column 0 decreases from line to line; if it is the time, it must increase"),
         ([row if k % 3 == 0 else row.split(",")[0] + ",***" for k, row in enumerate(table())], "only 334 of 1000"),
         ([*table(), "1," * 60_000], "has a line of 60001 columns"),
     ],

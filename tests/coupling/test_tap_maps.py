@@ -119,8 +119,8 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "has no columns; must have one column x, as in x / mm, y / mm, file"),
-        ("x / mm, file\n", "has the columns x, file; must have one column y, as in x / mm, y / mm, file"),
+        ("", 'has no columns; must have one column "x", as in x / mm, y / mm, file'),
+        ("x / mm, file\n", 'has the columns x, file; must have one column "y", as in x / mm, y / mm, file'),
         ("x, y / mm, file\n0, 0, a\n", "column x has no unit; write one of length: x / mm"),
         ("x / mm, y / mm, file\n0, 0, b\n", ":2: file: b: there is no such file"),
         ("x / mV, y / mm, file\n0, 0, a\n", 'column x has the unit "mV"'),
@@ -195,8 +195,11 @@ def test_taps_of_a_point_that_disagree_have_the_interval_of_student(
     values: tuple[float, float], half: float, expected: tuple[float, float]
 ) -> None:
     columns = [{"value": value, "low": value - half, "high": value + half, "verdict": "identified"} for value in values]
-    taps = [xr.Dataset({name: ("unknown", [one]) for name, one in c.items()}, {"unknown": ["d"]}) for c in columns]
+    taps = [
+        xr.Dataset({name: ("unknown", [one]) for name, one in c.items()}, {"unknown": ["d"]}, {"fits": int(values[1])})
+        for c in columns
+    ]
     data, findings = _together(taps)
     assert float(data.value[0]) == pytest.approx(expected[0])
     assert float(data.high[0] - data.low[0]) / 2.0 == pytest.approx(expected[1], rel=1e-4)
-    assert bool(findings) == (values[1] == 2.0)
+    assert bool(findings) == (data.attrs["fits"] == 2) == (values[1] == 2.0)
