@@ -149,30 +149,24 @@ class Identification(Printed):
         fits = [[fit.get(name, np.nan) for name in names] for fit in self.modes]
         data["modes"] = ("mode", "unknown"), np.reshape(fits, (len(fits), len(names)))
         data["correlation"] = self.correlation
-        return data.assign_attrs(
-            misfit=self.misfit, explained=int(self.explained), runs=self.runs, **as_attribute(self.warnings),
-            **provenance({"identify": self.input}),
-        )  # fmt: skip
+        about = as_attribute(self.warnings) | provenance({"identify": self.input})
+        return data.assign_attrs(misfit=self.misfit, explained=int(self.explained), runs=self.runs, **about)
 
 
 def as_text(rows: Sequence[Sequence[str]], notes: Sequence[str], are_numbers: bool = False) -> str:
     """Return a table with notes below it; its cells but the first of a row may be numbers, aligned to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = list[str]()
-    for row in rows:
-        cells = [cell.rjust(widths[k]) if k and are_numbers else cell.ljust(widths[k]) for k, cell in enumerate(row)]
-        lines.append("  ".join(cells).rstrip())
+    sides = [str.ljust, *[str.rjust if are_numbers else str.ljust] * (len(widths) - 1)]
+    cells = ([side(*one) for side, one in zip(sides, zip(row, widths, strict=True), strict=True)] for row in rows)
+    lines = ["  ".join(row).rstrip() for row in cells]
     return "\n".join([*lines, *(fill(note, LINE, subsequent_indent="  ") for note in notes)])
 
 
 def unknowns_of(data: xr.Dataset) -> list[Unknown]:
     """Return the unknowns in the Dataset of an identification."""
     names = ("unknown", "value", "low", "high", "verdict", "unit", "unit_size")
-    columns = zip(*(data[name].values.tolist() for name in names), strict=True)
-    return [
-        Unknown(str(name), value, (low, high), str(verdict), unit=str(unit), unit_size=size)
-        for name, value, low, high, verdict, unit, size in columns
-    ]
+    rows = zip(*(data[name].values.tolist() for name in names), strict=True)
+    return [Unknown(name, value, (low, high), *others) for name, value, low, high, *others in rows]
 
 
 def _rounded(value: float, error: float) -> str:

@@ -10,10 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.signal import lfilter
-from scipy.stats import chi2
-from scipy.stats import t as student
 
 from coupling.inference.identification import AT_END, BLIND, DEVIATIONS, NOT_TRUSTED, NUISANCE, Identification
 from coupling.inference.measured import estimated
@@ -102,8 +100,7 @@ def map_taps(
         grid = Grid([{**point, "files": [str(file) for file in point["files"]]} for point in points])
     function("read", read, 1, "a function of a file's path")
     asked = waves_at if answer is None else function("answer", answer, 2, "a function of a signal and its point")
-    kept = None if store is None else Store(store, asked, read)
-    return mapped_taps(grid, Taps(asked, 0.0, read, kept), jobs)
+    return mapped_taps(grid, Taps(asked, 0.0, read, None if store is None else Store(store, asked, read)), jobs)
 
 
 def _si(name: str, text: str, unit: str) -> Any:
@@ -218,8 +215,8 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     weight = (2.0 * DEVIATIONS / np.maximum(high - low, 1e-12 * abs(value) + 1e-300)) ** 2
     mean = (weight * value).sum(axis=0) / weight.sum(axis=0)
     excess = (weight * (value - mean) ** 2).sum(axis=0)
-    apart = excess > chi2.ppf(0.95, count - 1)
-    scale = np.where(apart, student.ppf(0.975, count - 1) * np.sqrt(excess / (count - 1)), DEVIATIONS)
+    apart = excess > scipy.stats.chi2.ppf(0.95, count - 1)
+    scale = np.where(apart, scipy.stats.t.ppf(0.975, count - 1) * np.sqrt(excess / (count - 1)), DEVIATIONS)
     half = scale / np.sqrt(weight.sum(axis=0))
     # A point has the worst verdict of its taps.
     columns = np.stack([tap.verdict.values for tap in taps], axis=1).tolist()
@@ -248,7 +245,7 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
         m = float(np.interp(-smaller, -(1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3), memory))
         white = np.random.default_rng(sensor).normal(size=(60, force.size))
         white[:, 1:] *= np.sqrt(1.0 - m**2)
-        noise = size * lfilter([1.0], [1.0, -m], white, axis=-1)
+        noise = size * scipy.signal.lfilter([1.0], [1.0, -m], white, axis=-1)
         forces = ("draw", "time", "sensor"), (force + noise)[..., None]
         drawn = signal.sel(sensor=[sensor]).assign(sensor_force=forces)
         for name, measure, unit in (("AR", amplitude_ratio, ("", 1.0)), ("TOF", time_of_flight, ("µs", 1e-6))):

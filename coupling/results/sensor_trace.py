@@ -135,9 +135,8 @@ def measures(time: Vector, values: Vector, mains: float | None = None) -> Measur
 
     clipped, said = ~np.isfinite(values), list[str]()
     if clipped.any():
-        said.append(
-            f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} missing or beyond the scope's range, and NaN"
-        )
+        missing = count_of(int(clipped.sum()), "sample is", "samples are")
+        said.append(f"{missing} missing or beyond the scope's range, and NaN")
     unclipped, depth = np.where(clipped, quiet, values), max(8.0 * step, 4.0 * noise)
     for level in (float(unclipped.max()), float(unclipped.min())):
         if abs(level - quiet) <= 0.1 * np.ptp(unclipped):

@@ -53,8 +53,7 @@ class Head:
 
     def name(self, column: int) -> str:
         """Return what the head calls a column, "" where it does not."""
-        cells = [row[column] for row in self._names]
-        names = [cell for cell in cells if cell and not read_unit(cell.strip("()[]"), FORCE).si]
+        names = [c for row in self._names if (c := row[column]) and not read_unit(c.strip("()[]"), FORCE).si]
         return re.split(r"\s*[(\[](?!\d+\])", names[0])[0] if names else ""
 
     def unit(self, column: int, kind: tuple[str, ...]) -> Unit:

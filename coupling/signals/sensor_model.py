@@ -131,6 +131,5 @@ class SensorModel:
                 raise ValueError(f"signal: sensor {number} has {gone} clipped samples (NaN); must have none")
             forces[number] = change(signal.time.values, force.values)
         places = {n: Reading(signal).position(n) for n in forces} if "centre" in signal.coords else None
-        before = str(signal.attrs.get("conditioning", "")).splitlines()
-        text = "\n".join([*before, f"{how} {self!r}."])
+        text = "\n".join([*str(signal.attrs.get("conditioning", "")).splitlines(), f"{how} {self!r}."])
         return as_signal(signal.time.values, forces, places).assign_attrs(conditioning=text)

@@ -71,8 +71,9 @@ def as_signal(
         raise ValueError(f"sample {int((kept < 0).argmax())}: the times have a gap, must be evenly spaced")
     for note in notes:
         caution(f"time: {note}")
-    inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
-    data = _dataset(moments, rows, positions, baseline, inputs)
+    data = _dataset(
+        moments, rows, positions, baseline, {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
+    )
     for doubt in _doubts(data, "change the sign of the forces"):
         caution(f"forces: {doubt}")
     return data
@@ -248,8 +249,7 @@ def _dataset(
 
 def _doubts(data: xr.Dataset, upright: str) -> list[str]:
     """Return what suggests a wrong unit, or sensors that are wired the other way round; upright: what mends these."""
-    negative = list[int]()
-    step = float(data.time[1] - data.time[0])
+    negative, step = list[int](), float(data.time[1] - data.time[0])
     with collected() as doubts:
         for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):
             force = interpolated_over_gaps(row)

@@ -89,10 +89,8 @@ def average_taps(signals: Sequence[xr.Dataset], sensor: int | None = None) -> xr
     spread = 100.0 * float(np.std(heights, ddof=1) / np.mean(heights))
     if spread > 100.0 * SCATTER:
         caution(f"average_taps: incident peaks scatter by {spread:.2g} %; leave out taps that differ")
-    filled = {number: interpolated_over_gaps(mean) for number, mean in means.items()}
     places = dict(zip(numbers, taps[0].centre.values.tolist(), strict=True)) if "centre" in taps[0].coords else None
-    averaged = with_noise(
-        as_signal(time, filled, places), means, noises, "standard deviation of a sample of the average"
-    )
+    mean = as_signal(time, {number: interpolated_over_gaps(row) for number, row in means.items()}, places)
+    averaged = with_noise(mean, means, noises, "standard deviation of a sample of the average")
     text = f"{len(taps)} taps were averaged; their incident peaks scatter by {spread:.2g} %."
     return averaged.assign_attrs(taps=len(taps), conditioning=text)

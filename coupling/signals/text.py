@@ -93,10 +93,8 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     channels = dict[int, Channel]()
     for column in chosen:
         words = dict.fromkeys(cell or "an empty cell" for cell in table[column][numbers[column].isna()][:100])
-        channel = Channel(
-            head.name(column), numbers[column].to_numpy(), head.unit(column, FORCE), None,
-            lines=samples, words=tuple(words),
-        )  # fmt: skip
+        values, unit = numbers[column].to_numpy(), head.unit(column, FORCE)
+        channel = Channel(head.name(column), values, unit, None, lines=samples, words=tuple(words))
         if (timer := time_of[column]) is not None:
             time, first = numbers[timer].to_numpy(), table[timer].iloc[0]
             unit = Unit("s", "s") if first.count(":") > 1 else head.unit(timer, TIME)
