@@ -60,8 +60,7 @@ def overview(path: Path, asked: Sampling) -> Overview:
         seen = seen._replace(step=step, noise=white)
         for mains in MAINS if noise else ():
             record = measures(time, values, mains)
-            hum, _ = mains_hum(time, record, mains)
-            if hum is not None:
+            if (hum := mains_hum(time, record, mains)[0]) is not None:
                 left, before = (float(part[: record.lead].std()) for part in (record.filled - hum, record.filled))
                 hums += [(left, mains, float(np.ptp(hum) / 2.0))] if left < CLEAR * before else []
         clipped, lead = int((seen.clipped & np.isfinite(values)).sum()), float(time[seen.lead] - time[0])

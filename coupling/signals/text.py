@@ -182,15 +182,12 @@ def samples_in(
     return samples, [f"{left_out}: {named}"] if len(lost) else []
 
 
-def check_marks(
-    path: Path, cells: pd.DataFrame, delimiter: str, decimal: str, above: Sequence[Sequence[str]], width: int
-) -> None:
+def check_marks(path: Path, cells: pd.DataFrame, sep: str, decimal: str, above: list[list[str]], width: int) -> None:
     """Raise a ValueError where a mark may stand before decimals or between thousands, or commas cut numbers in two."""
-    for name, mark in product(cells, ",."):
-        column = cells[name]
+    for (_, column), mark in product(cells.items(), ",."):
         marked = column[column.str.fullmatch(rf"[-+]?[\d.,]*\d\{mark}\d[\d.,]*")]
         # Between thousands there are three digits, in all cells of a column that have the mark, but some have none.
-        is_unclear = len(marked) < len(column) or delimiter == mark
+        is_unclear = len(marked) < len(column) or sep == mark
         thousands = marked.str.fullmatch(rf"[-+]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+([.,]\d*)?")
         if len(marked) and (mark != decimal or (is_unclear and thousands.all())):
             one, beside = marked.iloc[0], f", beside numbers with {decimal!r}" * (mark != decimal)
@@ -202,7 +199,7 @@ def check_marks(
     named = [list(filter(None, row)) for row in above]
     named = [row for row in named if len(row) > 1 and not any(map(str.isdigit, row))][-1:]
     are_decimals = any(cells[column].str.fullmatch(r"0\d+").any() for column in cells)
-    if delimiter == "," and width % 2 == 0 and (are_decimals or any(2 * len(row) == width for row in named)):
+    if sep == "," and width % 2 == 0 and (are_decimals or any(2 * len(row) == width for row in named)):
         raise ValueError(
             f"{path}: commas part columns and decimals alike, as it seems: {width} columns; export the trace with "
             "decimal points, or with semicolons between columns"
