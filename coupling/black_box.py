@@ -201,15 +201,6 @@ def by_newton(trials: Sequence[Trial], slope: Vector, compliance: Vector, still:
     return np.asarray(np.linalg.solve(np.eye(len(residual)) - slope[:, None] * compliance, residual))
 
 
-def by_relaxation(trials: Sequence[Trial], factor: float) -> Vector:
-    """Return a part of the residual, which follows from all of the window by Aitken's rule."""
-    for before, now in pairwise(trials):
-        change = now.residual - before.residual
-        if (square := float(change @ change)) > 0.0:
-            factor *= -float(before.residual @ change) / square
-    return factor * trials[-1].residual
-
-
 def by_least_squares(trials: Sequence[Trial], earlier: Pairs, scheme: IQN_ILS) -> Vector:
     """Return the change of the answers for the least residual, from the differences of this window and earlier ones."""
     residual, pairs = trials[-1].residual, [*differences(trials), *earlier]
@@ -305,7 +296,12 @@ class Loop:
             elif isinstance(scheme, IQN_ILS):
                 force = force + by_least_squares(trials, [pair for pairs in known for pair in pairs], scheme)
             elif isinstance(scheme, Iterated):
-                force = force + by_relaxation(trials, scheme.relaxation)
+                part = scheme.relaxation  # of the residual, from all of the window by Aitken's rule
+                for before, now in pairwise(trials):
+                    change = now.residual - before.residual
+                    if (square := float(change @ change)) > 0.0:
+                        part *= -float(before.residual @ change) / square
+                force = force + part * trials[-1].residual
 
         contact = self.contact.copy()
         contact["work"] += force * (surface - self.surface)

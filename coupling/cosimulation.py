@@ -129,10 +129,7 @@ class CoSimulation:
 
     @checked_call
     def run(
-        self,
-        until: Interval,
-        save_every: Interval | None = None,
-        sensors: Iterable[int] | None = None,
+        self, until: Interval, save_every: Interval | None = None, sensors: Iterable[int] | None = None
     ) -> xr.Dataset:
         """Simulate up to a time and return what was saved.
 

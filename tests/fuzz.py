@@ -166,10 +166,7 @@ def attempt(target: Target, changes: Mapping[str, Any], names: Iterable[str]) ->
     return None
 
 
-DOCUMENTED = (
-    *("NoWaveError", "NotConverged", "ContactNotConverged", "FloatingPointError"),
-    "ImportError",
-)
+DOCUMENTED = (*("NoWaveError", "NotConverged", "ContactNotConverged", "FloatingPointError"), "ImportError")
 """Exceptions that a docstring names, and an optional package that is missing. An OSError names
 the file."""
 

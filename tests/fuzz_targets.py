@@ -282,9 +282,7 @@ def _structures() -> dict[str, Target]:
             {"part": (0, 2, -1, 10**9), "damping": (damping.Rayleigh(1.0), damping.Modal(0.1), 0.1)},
         ),
         "stepping.MovingStructure": Target(
-            stepping.MovingStructure,
-            {"structure": ROD},
-            lambda moving: moving.advance(moving.start(), 10.0, 1e-6),
+            stepping.MovingStructure, {"structure": ROD}, lambda moving: moving.advance(moving.start(), 10.0, 1e-6)
         ),
         "stepping.MovingChain": Target(
             stepping.MovingChain,
@@ -343,9 +341,7 @@ def _plates() -> dict[str, Target]:
             {"stiffness": theory.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))},
         ),
         "Laminate": Target(
-            hl.Laminate,
-            {"plies": [ply, ply], "surface": STEEL},
-            lambda one: strike(hl.infinite_plate(None, one)),
+            hl.Laminate, {"plies": [ply, ply], "surface": STEEL}, lambda one: strike(hl.infinite_plate(None, one))
         ),
         "Prestress": Target(hl.Prestress, {"xx": 1e3, "yy": -1e3, "xy": 10.0}, with_addition),
         "beam": Target(
@@ -397,16 +393,10 @@ def _runs() -> dict[str, Target]:
             {"scheme": schemes, "window": (hl.Adaptive(), 1e-12, 1e-300, 1.0), "dt": (1e-7, 1e-15)},
         ),
         "CoSimulation.run": Target(
-            simulation().run,
-            {"until": UNTIL, "save_every": 1e-6},
-            None,
-            {"save_every": (1e-18, 1e-12, 1.0)},
-            LONG,
+            simulation().run, {"until": UNTIL, "save_every": 1e-6}, None, {"save_every": (1e-18, 1e-12, 1.0)}, LONG
         ),
         "Adaptive": Target(
-            hl.Adaptive,
-            {"tolerance": 1e-4},
-            lambda one: hl.CoSimulation(CHAIN, ROD, window=one).run(until=UNTIL),
+            hl.Adaptive, {"tolerance": 1e-4}, lambda one: hl.CoSimulation(CHAIN, ROD, window=one).run(until=UNTIL)
         ),
         "Aitken": Target(hl.Aitken, iterated, with_scheme),
         "IQN_ILS": Target(hl.IQN_ILS, {**iterated, "reuse": 2, "filtering": 1e-3}, with_scheme),
@@ -526,8 +516,7 @@ def _measures() -> dict[str, Target]:
             hl.clean_signal, {"signal": hl.as_signal(**signal), "mains": 50.0}, None, None, infinite=True
         ),
         "average_taps": Target(
-            hl.average_taps,
-            {"signals": [hl.as_signal(**signal), hl.as_signal(**signal)], "sensor": 7},
+            hl.average_taps, {"signals": [hl.as_signal(**signal), hl.as_signal(**signal)], "sensor": 7}
         ),
         "map_taps": Target(
             hl.map_taps,
@@ -541,15 +530,10 @@ def _measures() -> dict[str, Target]:
             infinite=True,
         ),
         "SensorModel": Target(
-            hl.SensorModel,
-            {"time_constant": 1e-3, "bandwidth": 1e5, "stiffness": 1e8, "mass": 1e-3, "damping": 0.02},
+            hl.SensorModel, {"time_constant": 1e-3, "bandwidth": 1e5, "stiffness": 1e8, "mass": 1e-3, "damping": 0.02}
         ),
         "critical_distance": Target(
-            hl.critical_distance,
-            {"ratio": ratio, "tolerance": 0.05},
-            None,
-            {"ratio": ratios},
-            infinite=True,
+            hl.critical_distance, {"ratio": ratio, "tolerance": 0.05}, None, {"ratio": ratios}, infinite=True
         ),
         "identify": Target(
             hl.identify,

@@ -322,7 +322,7 @@ def test_templates_are_cases(kind: str) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [one for one in KINDS if one != "identify"])  # whose page runs it
 def test_templates_run_as_they_stand(kind: str, command: Callable[..., str]) -> None:
     command("new", kind, "case.toml")
     said = command("run", "case.toml")
@@ -334,8 +334,6 @@ def test_templates_run_as_they_stand(kind: str, command: Callable[..., str]) -> 
         ]
     # Of brass and aluminium, which yield, the template says so, and the run says what that changes and the cure.
     assert ["yields; " in one for one in found] == [True] * ("it yields" in template(kind))
-    if kind == "identify":
-        assert "the model explains the signal" in command("identify", "case.toml", "case.csv")
 
 
 @pytest.mark.parametrize("kind", [one for one in KINDS if "\n# law = " in template(one)])

@@ -355,10 +355,7 @@ def test_ctrl_c_ends_it_in_one_line(
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [
-        ("structure.thickness=-1 mm", "structure.thickness: "),
-        ("measure.sensor=13", "measure.sensor: 13 is not a bead"),
-    ],
+    [("structure.thickness=-1 mm", "structure.thickness: "), ("measure.sensor=13", "measure.sensor: 13 is not a bead")],
 )
 def test_a_wrong_case_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], change: str, message: str

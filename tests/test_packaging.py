@@ -14,9 +14,7 @@ HOME = Path(__file__).parent.parent
 
 ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
 
-DECLARED_AS = {
-    "precice": "pyprecice",
-}
+DECLARED_AS = {"precice": "pyprecice"}
 """Packages that need not be installed here, by the modules that they bring."""
 
 PARTS_OF = {"vtkmodules": "pyvista"}
@@ -62,12 +60,5 @@ def test_nothing_else_lies_at_the_top() -> None:
     if listed.returncode:
         pytest.skip("this is no clone")
     top = {name.partition("/")[0] for name in listed.stdout.splitlines()}
-    files = {
-        "pyproject.toml",
-        "README.md",
-        "CHANGELOG.md",
-        "LICENSE",
-        "CITATION.cff",
-        ".gitignore",
-    }
+    files = {"pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", "CITATION.cff", ".gitignore"}
     assert top <= {*ROOMS, *files, "tests", "benchmarks", "docs", "examples", ".ci", ".github"}

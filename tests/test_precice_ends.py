@@ -187,10 +187,7 @@ def test_both_ends_together_are_the_run_of_the_case(folder: Path, monkeypatch: p
 
 @pytest.mark.parametrize(
     ("change", "reason"),
-    [
-        ('chain.bead.radius=["4 mm", "5 mm"]', "chain.bead.radius"),
-        ("measure.sensor=40", "40 is not a bead"),
-    ],
+    [('chain.bead.radius=["4 mm", "5 mm"]', "chain.bead.radius"), ("measure.sensor=40", "40 is not a bead")],
 )
 def test_a_case_that_cannot_be_coupled(
     folder: Path, change: str, reason: str, capsys: pytest.CaptureFixture[str]

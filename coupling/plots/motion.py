@@ -31,10 +31,7 @@ BEAD_VARIABLES = ("displacement", "contact_force", "vibration_amplitude")
 
 
 def motion(
-    run: xr.Dataset,
-    body: Structure | DeformableChain,
-    times: ArrayLike,
-    beads: Sequence[int] | int | None = None,
+    run: xr.Dataset, body: Structure | DeformableChain, times: ArrayLike, beads: Sequence[int] | int | None = None
 ) -> xr.Dataset:
     """Return displacement and stress inside a run's structure, or inside beads, at the saved times nearest to `times`.
 

@@ -17,11 +17,7 @@ from structures.structure import Vector
 
 
 def dataset(
-    interface: Interface,
-    frames: Frames,
-    interval: float,
-    inputs: Mapping[str, Any],
-    findings: Sequence[str] = (),
+    interface: Interface, frames: Frames, interval: float, inputs: Mapping[str, Any], findings: Sequence[str] = ()
 ) -> xr.Dataset:
     """Return the Dataset of one run, of views of its frames. Shorter chains are padded with NaN, see `reading`.
 

@@ -1,7 +1,6 @@
 """The critical distance of a builder's runs: a scan over distances, then refinement of the last crossing."""
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from itertools import pairwise, product
 from math import inf
 from typing import Any
@@ -124,7 +123,8 @@ def critical_distance_search(
     values = axis_values(axes, OF_RUNS | {"distance", "within", "end"}) if axes else {}
     check_build(build, {"distance": scan, **values})
 
-    task = Task(build, until, partial(_measured, sensor=sensor))
+    read = {"amplitude_ratio": amplitude_ratio, "time_of_flight": time_of_flight}
+    task = Task(build, until, lambda run: xr.Dataset({name: of(run, sensor) for name, of in read.items()}))
     points = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     together = len(values[list(values)[-1]]) if values else 1
     curves: list[Curve] = [{} for _ in points]
@@ -154,10 +154,6 @@ def critical_distance_search(
     warn(findings)
     data = data if isinstance(tolerance, Iterable) else data.squeeze("within")
     return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
-
-
-def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
-    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, sensor), "time_of_flight": time_of_flight(run, sensor)})
 
 
 class _Search:

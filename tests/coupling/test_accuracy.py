@@ -28,11 +28,7 @@ def ratios(name: str, accuracy: str, **keywords: float) -> tuple[float, float, f
     waves = hl.reflections(run, sensor=10)
     secondary = waves.secondary
     assert secondary is not None
-    return (
-        float(waves.primary.amplitude_ratio),
-        float(secondary.amplitude_ratio),
-        float(hl.energy_error(run)),
-    )
+    return (float(waves.primary.amplitude_ratio), float(secondary.amplitude_ratio), float(hl.energy_error(run)))
 
 
 @pytest.fixture(scope="module")

@@ -241,10 +241,7 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
     [
         ({"chain": "chain"}, "chain = 'chain'"),
         ({"chain": 3}, "^chain = 3: must be a Chain, or a list of them$"),
-        (
-            {"chain": PLATE, "structure": CHAIN},
-            r"^chain = Structure\(Kirchhoff.{1,100}: must be a Chain, or a list",
-        ),
+        ({"chain": PLATE, "structure": CHAIN}, r"^chain = Structure\(Kirchhoff.{1,100}: must be a Chain, or a list"),
         (
             {"chain": [PLATE], "structure": CHAIN},
             r"^chain = \[Structure\(Kirchhoff.{1,100}: must be a list of one Chain",

@@ -27,10 +27,7 @@ def signal(*pulses: tuple[float, float, float], step: float = 3.7e-7, static: fl
             delay = direction * (2 * contact - 1) * 4e-6
             contacts[:, contact] += amplitude * np.exp((1.0 / 3.0) ** 2 - ((time - arrival - delay) / 12e-6) ** 2)
     return xr.Dataset(
-        {
-            "contact_force": (("time", "contact"), contacts),
-            "velocity": (("time", "bead"), velocity),
-        },
+        {"contact_force": (("time", "contact"), contacts), "velocity": (("time", "bead"), velocity)},
         coords={
             "time": time,
             "bead": [0, 1, 2],

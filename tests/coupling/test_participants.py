@@ -12,11 +12,7 @@ import hertzlink as hl
 CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
 UNTIL = 2e-4
 STEEL = hl.Surface(hl.STEEL_440C)
-SCHEMES = {
-    "Aitken": hl.Aitken(),
-    "IQN-ILS": hl.IQN_ILS(),
-    "Explicit": hl.Explicit(),
-}
+SCHEMES = {"Aitken": hl.Aitken(), "IQN-ILS": hl.IQN_ILS(), "Explicit": hl.Explicit()}
 
 
 class Sound:
@@ -98,10 +94,7 @@ def test_answers_that_are_no_displacement(answer: str, scheme: str) -> None:
         simulate(answering(ANSWERS[answer]), SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
 
 
-@pytest.mark.parametrize(
-    "places",
-    [lambda p: p[:1], lambda p: p[0], lambda p: p[:, None], lambda p: ["a", "b"]],
-)
+@pytest.mark.parametrize("places", [lambda p: p[:1], lambda p: p[0], lambda p: p[:, None], lambda p: ["a", "b"]])
 def test_answers_of_two_points_that_are_not_two_numbers(places: Any) -> None:
     liar = answering(lambda state, place: (state, places(place)), SoundPair)
     with pytest.raises(ValueError, match=r"Liar\.advance returned [^:]*: must be \(state, 2 displacements in m\)"):

@@ -18,11 +18,7 @@ from structures.damping import Rayleigh
 FREE_ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="free", elements=8)
 DAMPED_ROD = hl.damping.damped(STRUCTURES["rod"], Rayleigh(5e2, 1e-7))
 
-STRONG = {
-    "condensed": hl.Condensed(),
-    "Aitken": hl.Aitken(),
-    "IQN-ILS": hl.IQN_ILS(),
-}
+STRONG = {"condensed": hl.Condensed(), "Aitken": hl.Aitken(), "IQN-ILS": hl.IQN_ILS()}
 EXPLICIT = {f"explicit, {predictor}": hl.Explicit(predictor) for predictor in (0, 1, 2)}
 SCHEMES = {**STRONG, **EXPLICIT}
 GOOD = {name: scheme for name, scheme in SCHEMES.items() if getattr(scheme, "predictor", 1) > 0}

@@ -110,10 +110,7 @@ WRONG = [
     ({"modulus": MODULUS, "sensors": [True]}, "sensors = True: must be a whole number, 1 or more"),
     ({"modulus": MODULUS, "measure": 3}, "measure"),
     ({"modulus": MODULUS, "measure": lambda runs: runs}, "a name that a run does not use"),
-    (
-        {"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()},
-        r"measure\(runs\): has the dimensions",
-    ),
+    ({"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()}, r"measure\(runs\): has the dimensions"),
 ]
 
 

@@ -66,10 +66,7 @@ FORMS: dict[str, tuple[list[str], int, int]] = {
 
 @pytest.mark.parametrize(
     ("form", "encoding"),
-    [
-        *((form, "utf-8") for form in FORMS),
-        *(("pico, German", e) for e in ("latin-1", "utf-16", "utf-8-sig")),
-    ],
+    [*((form, "utf-8") for form in FORMS), *(("pico, German", e) for e in ("latin-1", "utf-16", "utf-8-sig"))],
 )
 def test_forms(tmp_path: Path, form: str, encoding: str) -> None:
     lines, time_column, column = FORMS[form]

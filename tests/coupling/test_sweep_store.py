@@ -135,8 +135,7 @@ def reserved(run: xr.Dataset) -> xr.Dataset:
 
 
 @pytest.mark.parametrize(
-    ("measure", "message"),
-    [(with_a_function, "what a netCDF file cannot hold"), (reserved, "must not return 'error'")],
+    ("measure", "message"), [(with_a_function, "what a netCDF file cannot hold"), (reserved, "must not return 'error'")]
 )
 def test_what_a_file_cannot_keep_fails(tmp_path: Path, measure: object, message: str) -> None:
     with pytest.raises(RuntimeError, match=message):

@@ -89,9 +89,7 @@ def test_moving_walls_do_the_work_that_the_chain_gets(
 
 
 beads = st.builds(
-    hl.Sphere,
-    radius=st.floats(1e-3, 1e-2),
-    material=st.sampled_from([STEEL, hl.BRASS_360, hl.PTFE, hl.ALUMINIUM_6061]),
+    hl.Sphere, radius=st.floats(1e-3, 1e-2), material=st.sampled_from([STEEL, hl.BRASS_360, hl.PTFE, hl.ALUMINIUM_6061])
 )
 surfaces = st.builds(hl.Surface, st.sampled_from([STEEL, hl.PTFE, hl.ALUMINIUM_6061]), st.floats(0.0, 100.0))
 losses = st.one_of(

@@ -58,11 +58,7 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
         (CHAIN, {"beads": [body(surface=None)]}, r"beads\[0\]: surface = None: must be a Surface"),
         (CHAIN, {"beads": [body(shell_flexibility=-1e-9)]}, r"beads\[0\]: shell_flexibility = -1e-09: must be"),
         (CHAIN, {"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
-        (
-            CHAIN,
-            {"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])},
-            r"impact_speed = 0\.3: the striker sets it",
-        ),
+        (CHAIN, {"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])}, r"impact_speed = 0\.3: the striker sets it"),
         (CHAIN, {"inclination": 90.0}, r"inclination = 90\.0: must lie between -2π and 2π, in rad"),
         (CHAIN, {"striker": hl.PushedBead([0.0, 1.0], [0.0, 0.0]), "impact_speed": None}, "moves nothing"),
         (CHAIN, {"law": 3}, r"law = 3: must be None, a law such as PowerLaw"),
@@ -81,11 +77,7 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
             "second = 'wall': must be a body or a Surface",
         ),
         (COMPUTED_LAW, {"first": BALL}, "max_force = None, max_approach = None: give one of them"),
-        (
-            COMPUTED_LAW,
-            {"first": BALL, "second": LYING, "max_force": 1.0},
-            "second = Cylinder.*along the chain",
-        ),
+        (COMPUTED_LAW, {"first": BALL, "second": LYING, "max_force": 1.0}, "second = Cylinder.*along the chain"),
     ],
 )
 def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> None:

@@ -38,10 +38,7 @@ def waves(order: int, slow: Vector, poisson_ratio: float) -> tuple[Vector, Vecto
         (order**2 - order - 0.5 * slow**2) * push + 2.0 * fast * after_push,
         both * ((order - 1) * shear - slow * after_shear),
     ]
-    tangential = [
-        (order - 1) * push - fast * after_push,
-        (order**2 - 1 - 0.5 * slow**2) * shear + slow * after_shear,
-    ]
+    tangential = [(order - 1) * push - fast * after_push, (order**2 - 1 - 0.5 * slow**2) * shear + slow * after_shear]
     return motion, np.array([radial, tangential])
 
 

@@ -59,12 +59,7 @@ def test_texts_are_short() -> None:
     ply = hl.Ply(hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0), 2e-4)
     wall = hl.Laminate([ply] * 40)
     mass = hl.PointMass(0.01, 0.02, 1e-3)
-    for one in (
-        rim,
-        wall,
-        PLATE,
-        hl.mindlin_panel(rim, None, wall, {"rim": "simple"}, additions=[mass]),
-    ):
+    for one in (rim, wall, PLATE, hl.mindlin_panel(rim, None, wall, {"rim": "simple"}, additions=[mass])):
         assert len(repr(one)) < 160
         assert "\n" not in repr(one)
     panel = hl.mindlin_panel(rim, 2e-3, hl.PTFE, {"rim": hl.ElasticEdge(1e5)}, additions=[mass])

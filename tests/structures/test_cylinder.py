@@ -8,17 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse.linalg import eigsh
 from scipy.special import jnp_zeros
-from skfem import (
-    Basis,
-    BilinearForm,
-    ElementTriP4,
-    ElementVector,
-    FacetBasis,
-    LinearForm,
-    MeshTri,
-    condense,
-    solve,
-)
+from skfem import Basis, BilinearForm, ElementTriP4, ElementVector, FacetBasis, LinearForm, MeshTri, condense, solve
 from skfem.helpers import ddot, sym_grad, trace
 
 import hertzlink as hl

@@ -148,9 +148,7 @@ DAMPED = {
     "arm on the PTFE": hl.damping.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1),
     "strong arm": hl.damping.damped(ROD, StandardLinearSolid(3.0, 2e-5), 1),
     "arms on both": hl.damping.damped(
-        hl.damping.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1),
-        StandardLinearSolid(0.1, 1e-5),
-        0,
+        hl.damping.damped(ROD, StandardLinearSolid(0.5, 2e-5), 1), StandardLinearSolid(0.1, 1e-5), 0
     ),
     "one polymer": hl.damping.damped(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), StandardLinearSolid(0.3, 3e-5)),
     "absorbing": hl.damping.damped(hl.rod(LAYERS[1:], base="absorbing"), StandardLinearSolid(0.3, 3e-5)),

@@ -10,13 +10,7 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, Me
 from skfem.helpers import ddot, div, dot, sym_grad
 
 import hertzlink as hl
-from structures.bodies.elasticity import (
-    Owner,
-    body_matrices,
-    first_lame_parameter,
-    part_stiffnesses,
-    shear_modulus,
-)
+from structures.bodies.elasticity import Owner, body_matrices, first_lame_parameter, part_stiffnesses, shear_modulus
 
 PAIR = [hl.STEEL_440C, hl.PTFE]
 

@@ -197,10 +197,7 @@ HALF = list(range(2 * (CELLS + 1)))
 @pytest.mark.parametrize(
     ("joined", "message"),
     [
-        (
-            [],
-            r"2 parts .* and have no common point; 32 points coincide with others, .*: remove duplicate nodes",
-        ),
+        ([], r"2 parts .* and have no common point; 32 points coincide with others, .*: remove duplicate nodes"),
         ([0], r"2 parts of the body share no side of a cell and meet only at points or lines, near \(0, 0, 0\.02\) m"),
         (HALF[:4], "2 parts of the body share no side"),
     ],

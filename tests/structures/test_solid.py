@@ -117,11 +117,7 @@ def test_matrices_are_those_of_the_weak_form(kind: str) -> None:
 def ratios(structure: hl.Structure) -> list[float]:
     """Amplitude ratios at bead 7 of the primary wave, and of the secondary one where there is one."""
     chain = hl.Chain(
-        [BEAD] * 20,
-        striker=BEAD,
-        impact_speed=hl.drop_speed(0.01),
-        gravity=9.81,
-        dissipation=hl.LinearDashpot(5.0),
+        [BEAD] * 20, striker=BEAD, impact_speed=hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0)
     )
     run = hl.CoSimulation(chain, hl.reduce(structure, until=1.5e-3)).run(1.5e-3)
     waves = hl.reflections(run, sensor=7)
@@ -129,11 +125,7 @@ def ratios(structure: hl.Structure) -> list[float]:
     return [wave.amplitude_ratio for wave in (waves.primary, waves.secondary) if wave]
 
 
-@pytest.mark.parametrize(
-    ("material", "tolerance"),
-    [(hl.STEEL_440C, 5e-4), (hl.PTFE, 2e-3)],
-    ids=["steel", "PTFE"],
-)
+@pytest.mark.parametrize(("material", "tolerance"), [(hl.STEEL_440C, 5e-4), (hl.PTFE, 2e-3)], ids=["steel", "PTFE"])
 @pytest.mark.thorough
 def test_amplitude_ratio_is_that_of_the_axisymmetric_cylinder(material: hl.Material, tolerance: float) -> None:
     """A mesh written by gmsh, 10 728 degrees of freedom: to a few 1e-4; PTFE bears the structure's own waves."""
@@ -267,10 +259,7 @@ def twice() -> meshio.Mesh:
         (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite numbers"),
         (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
         (meshio.Mesh(POINTS, [TETRA.cells[1]]), "has no tetrahedra or hexahedra"),
-        (
-            meshio.Mesh(POINTS, [("tetra20", FIRST[:, [0] * 20])]),
-            "cells of type 'tetra20'; must be of one type",
-        ),
+        (meshio.Mesh(POINTS, [("tetra20", FIRST[:, [0] * 20])]), "cells of type 'tetra20'; must be of one type"),
         (twice(), "2 parts of the body share no side of a cell and have no common point"),
     ],
 )
@@ -309,10 +298,7 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
         ({"normal": (0.0, 0.0, -1.0)}, r"normal = \(0, 0, -1\): must point outward, as \("),
         ({"normal": (0.0, 0.0, 0.0)}, "normal = .*must point outward"),
         ({"normal": (0.0, 1.0)}, r"normal = .*must be \(x, y, z\)"),
-        (
-            {"patch_radius": None},
-            "edges at the contact .* 0.00111 m, or .* 0.00849",
-        ),
+        ({"patch_radius": None}, "edges at the contact .* 0.00111 m, or .* 0.00849"),
         ({"patch_radius": 0.0}, r"patch_radius = 0\.0"),
         ({"patch_radius": 0.1}, "patch_radius = 0.1: the face carries"),
         ({"scale": 0.0}, r"scale = 0\.0"),

@@ -73,11 +73,7 @@ BODY: Made = (
             {"contact": np.ones((TWO.size, 2, 2))},
             r"contact has shape .*: must be \(n,\), or \(n, p\) for p contacts",
         ),
-        (
-            AT_TWO_POINTS,
-            {"flexibility": [0.0, 1e-9, 0.0]},
-            "flexibility, surface: must be one for all contacts, or 2",
-        ),
+        (AT_TWO_POINTS, {"flexibility": [0.0, 1e-9, 0.0]}, "flexibility, surface: must be one for all contacts, or 2"),
         (AT_TWO_POINTS, {"surface": [FLAT]}, "flexibility, surface: must be one for all contacts, or 2"),
         (BODY, {"stiffness": -SPRING}, f"stiffness: {NO_NEGATIVE}, but entry \\(0, 0\\) is -2e\\+07"),
         (

@@ -49,11 +49,7 @@ def layered_flights(lower: float = 0.0) -> np.ndarray:
 UNIT = (M**2 / (K**2 * STRIKER_SPEED)) ** 0.2
 ROWS = {
     "coeff_6_17": (theory.BEAD_TRANSIT, 1.180, 5e-4),
-    "coeff_6_20": (
-        (flight(STEEL) - theory.contact_time(M, wall(STEEL), STRIKER_SPEED)) / 13 / UNIT,
-        2.361,
-        5e-4,
-    ),
+    "coeff_6_20": ((flight(STEEL) - theory.contact_time(M, wall(STEEL), STRIKER_SPEED)) / 13 / UNIT, 2.361, 5e-4),
     "eq_6_20, steel": (flight(STEEL), 0.473e-3, 5e-7),
     "eq_6_20, ptfe": (flight(PTFE), 0.632e-3, 5e-7),
     "eq_6_26_6_24": (returned() ** 1.2, [0.542, 0.963], 5e-4),

@@ -58,11 +58,7 @@ def ke_major(_: Effort) -> Variants:
     return {"exact b/a": ellipses.stiffness(TIP, TIP, STEEL)}
 
 
-STRIKERS = {
-    "sphere of 0.925 g": EQUIVALENT,
-    "sphere of R = 2.38 mm": 2.38e-3,
-    "sphere of D = 2.38 mm": 1.19e-3,
-}
+STRIKERS = {"sphere of 0.925 g": EQUIVALENT, "sphere of R = 2.38 mm": 2.38e-3, "sphere of D = 2.38 mm": 1.19e-3}
 """m, radii."""
 
 
