@@ -66,25 +66,24 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("filterwarnings", "ignore::structures.caution.HertzlinkWarning")
 
 
-ONE_RUN = """
+RUNS = """
 import hertzlink as hl
 bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.1, {}), hl.half_space(hl.PTFE)).run(until=2e-5)
+for kind in {}, {}:
+    hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.1, **kind), hl.half_space(hl.PTFE)).run(until=2e-5)
 """
 KINDS = (
-    "",
-    "law=hl.laws.Thornton()",
-    "dissipation=hl.LinearDashpot(1.0)",
-    "law=hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0])",
+    ("dict()", "dict(dissipation=hl.LinearDashpot(1.0))"),
+    ("dict(law=hl.laws.Thornton())", "dict(law=hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0]))"),
 )
-"""The chains whose loops many tests run."""
+"""The chains whose loops many tests run, two for each process that compiles them."""
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile loops before the workers start, as these would compile each of them several times, at the same time."""
     if session.config.getoption("numprocesses", None) and not hasattr(session.config, "workerinput"):
-        with ThreadPool(os.cpu_count()) as pool:
-            pool.map(lambda kind: subprocess.run([sys.executable, "-W", "ignore", "-c", ONE_RUN.format(kind)]), KINDS)
+        with ThreadPool() as pool:
+            pool.map(lambda two: subprocess.run([sys.executable, "-W", "ignore", "-c", RUNS.format(*two)]), KINDS)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

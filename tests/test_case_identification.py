@@ -305,6 +305,7 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
     assert "3 points: 3 identified" in Path("wall-map/table.txt").read_text()
 
 
+@pytest.mark.thorough
 def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) -> None:
     """Of a run through a file: the values of the run itself."""
     Path("wall.toml").write_text(SHORT_WALL)

@@ -45,7 +45,12 @@ def test_every_parameter_is_described(name: str) -> None:
         assert text["Returns"] or text["Yields"], "what it returns is not described"
 
 
-RARE = ("Adaptive", "plots.motion")  # their loops are compiled for these examples alone
+RARE = (
+    "Adaptive",
+    "plots.motion",
+    "plots.picture",
+    "plots.write_vtu",
+)  # their loops are compiled for these examples alone
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.thorough] * (n in RARE)) for n in PUBLIC])

@@ -65,6 +65,7 @@ def test_a_part_of_ones_own_runs_in_a_case(cantilever: Path, capsys: pytest.Capt
     assert '"const": "cantilever"' in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_it_has_sliders_and_is_swept_in_other_processes(cantilever: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case, _ = read("case.toml", (), (Path("mine.py"),))
     task = task_of(case)

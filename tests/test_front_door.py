@@ -119,6 +119,7 @@ def test_python_adds_no_other_name(tmp_path: Path) -> None:
     assert done.stderr.count("id you mean") == 1, done.stderr
 
 
+@pytest.mark.thorough
 def test_the_module_is_the_command(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "hertzlink", "info"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -22,6 +22,9 @@ CHAIN = hl.DeformableChain([BEAD] * 6, BEAD, 0.5)
 ROD = hl.rod([hl.Layer(STEEL, 30e-3, 5e-3)])
 
 
+THOROUGH_FIXTURES = ("run",)  # its loop takes ten seconds to compile
+
+
 @pytest.fixture(scope="module")
 def run() -> xr.Dataset:
     return hl.CoSimulation(CHAIN, None).run(until=6e-5)

@@ -299,6 +299,7 @@ def test_what_the_quiet_lead_does_not_show_is_an_error_of_the_model() -> None:
     assert "baseline" not in found.data
 
 
+@pytest.mark.thorough
 def test_runs_that_fail_and_swapped_channels_explain_nothing() -> None:
     def build(modulus: float) -> hl.CoSimulation:
         if modulus > 5e9:

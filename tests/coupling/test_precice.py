@@ -259,6 +259,7 @@ def test_implicit_coupling_gives_what_cosimulation_gives(
     assert double.latest.calls.count("advance") > 1.5 * double.latest.windows
 
 
+@pytest.mark.thorough
 def test_shorter_steps_than_the_window_of_precice_change_nothing(double: type[Double], configuration: Path) -> None:
     """A quarter of the window or less: the same line of the surface, the same impulse over the window."""
     dt = WINDOW / 60

@@ -91,6 +91,7 @@ def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0.png", "1.png", "2.png"]
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("screen")
 def test_a_section_is_mirrored_and_to_scale(motion: xr.Dataset) -> None:
     """Struck from the left. The usual factor makes a tenth of the shortest side."""

@@ -88,7 +88,8 @@ def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> N
         assert float(abs(run.vibration_energy).max()) == 0.0
 
 
-@pytest.mark.parametrize("loss", [None, *map(thorough, (hl.LinearDashpot(2.0), hl.Tsuji(0.05)))])
+@pytest.mark.thorough
+@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(2.0), hl.Tsuji(0.05)])
 def test_losses_take_what_is_missing(loss: Any) -> None:
     run = hl.CoSimulation(deformable(dissipation=loss), None).run(until=2e-4)
     assert hl.energy_error(run) < 2e-5
@@ -138,6 +139,7 @@ def test_a_chain_turned_around_moves_as_its_mirror_image() -> None:
     assert forces[0].shape == forces[1].shape == (1, 3)
 
 
+@pytest.mark.thorough
 def test_more_modes_settle() -> None:
     found = {}
     for modes in (1, 2, 4, 8, 14):

@@ -34,6 +34,7 @@ def ringing(force: Any, section: Any) -> Any:
     return np.array([np.convolve(one, np.ones(5) / 5.0, "valid") for one in (section - mean).T])
 
 
+@pytest.mark.thorough
 def test_waves_pass_and_beads_vibrate_as_in_explicit_elements() -> None:
     """Impulses, arrivals and last speeds within 0.04 %, as those of rigid beads are not; peaks within 0.3 %."""
     columns = np.loadtxt(FILE, delimiter=",")

@@ -73,6 +73,7 @@ def test_a_drag_takes_momentum_as_an_exponential() -> None:
     assert momentum(simulation, run) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_thesis_form_takes_momentum_unless_it_is_linear() -> None:
     """Approach rates 2 and 1 m/s on three beads that just touch: forces −2^α, +1, +1 times γ, so 2 − 2^α in sum."""
     window = 1e-12

@@ -92,6 +92,7 @@ def test_energy_and_momentum_of_a_wave(name: str) -> None:
     assert lost[-1] > 0.0
 
 
+@pytest.mark.thorough
 def test_a_loss_of_your_own() -> None:
     class Constant(hl.damping.Viscous):
         def of_modes(self, frequencies: Any) -> Any:

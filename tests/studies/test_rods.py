@@ -44,6 +44,7 @@ def test_bead_20_between_steel_or_ptfe_and_the_chain() -> None:
     assert 0.95 < float(data.wall_speed_ratio.sel(wall="steel")) < 1.0
 
 
+@pytest.mark.thorough
 def test_the_sensor_lowers_the_amplitude_ratio() -> None:
     """0.742 to 0.717 on steel with RC = 1 ms; recomputed elsewhere: 0.718."""
     data = quick("rod-stiffness")
