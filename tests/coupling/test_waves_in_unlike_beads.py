@@ -144,3 +144,12 @@ def test_a_push_that_goes_on_is_warned_of(drive: str) -> None:
             ratio = hl.reflections(run, sensor).primary.amplitude_ratio
         assert sum("a push that goes on" in str(one.message) for one in caught) == (ratio > 1.1)
         assert (ratio > 1.1) == (drive in ("step", "piston"))
+
+
+def test_a_record_that_ends_between_two_humps_is_warned_of() -> None:
+    """The second hump is higher: AR is 1.14 in a longer record, 0.69 in this one."""
+    large, small = (hl.Sphere(radius, hl.STEEL_440C) for radius in (5.1e-3, 3.3e-3))
+    chain = hl.Chain([large, small] * 17, large, 0.065)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1.204e-3)
+    with pytest.warns(hl.HertzlinkWarning, match="may have a higher part after the end of the record"):
+        assert hl.amplitude_ratio(run, sensor=17) < 0.7
