@@ -107,9 +107,9 @@ def joined(parts: list[Linear], rows: list[Any], contacts: int) -> Linear:
 
     parts: a window of each. rows: for each the contacts of the run at its contact points, −1 where nothing touches.
     """
-    alike = all(part.squares.size for part in parts)
+    alike = not any(part.transition.size for part in parts)  # a half-space has neither
     if not alike:
-        parts = [_as_dense(part) if part.squares.size else part for part in parts]
+        parts = [part if part.transition.size else _as_dense(part) for part in parts]
     if len(parts) == 1 and [*rows[0]] == [*range(contacts)]:
         return parts[0]
     begin = np.cumsum([0, *(part.contact.shape[1] for part in parts)])

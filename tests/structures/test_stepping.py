@@ -67,6 +67,12 @@ def test_a_structure_has_the_contacts_of_the_run_where_they_are(seats: list[int]
             assert piece.response[seat].tolist() == part.response[point].tolist()
 
 
+def test_a_half_space_beside_a_rod_leaves_it_oscillators() -> None:
+    bodies = hl.half_space(hl.PTFE), hl.rod([hl.Layer(hl.ACRYLIC, 0.02, 0.008)], elements=3)
+    parts = [hl.stepping.MovingStructure(body).window(1e-6) for body in bodies]
+    assert linear.joined(parts, [[0], [1]], 2).squares.tolist() == parts[1].squares.tolist()
+
+
 def test_structures_of_both_kinds_move_as_alone() -> None:
     """In one piece: motion, responses, displacements and energies are those of each."""
     rod, random = [hl.Layer(hl.ACRYLIC, 0.02, 0.008)], np.random.default_rng(1)
