@@ -77,6 +77,9 @@ class Misfit:
         """Count the samples of a signal that are no NaN; those up to the end of the prediction after `time_zero`, s."""
         self.measured, self.used = measured, list[NDArray[np.bool_]]()
         self._bases, self._forces, moments = list[Vector](), list[Vector](), measured.time - (time_zero or 0.0)
+        self._grid = np.arange(0.0, self.until, measured.step)  # of what is sought in the signal by cross-correlation
+        self._length = next_fast_len(measured.time.size + self._grid.size - 1, real=True)
+        self._spectra = [rfft(np.nan_to_num(sensor.force, posinf=0.0, neginf=0.0), self._length) for sensor in measured.sensors]
         for row, sensor in enumerate(measured.sensors):
             used = np.isfinite(sensor.force)
             if time_zero is not None:
@@ -119,12 +122,10 @@ class Misfit:
 
     def _correlated(self, curve: CubicSpline) -> float:
         """Return the time zero by cross-correlation, s, to a sample."""
-        step, grid = self.measured.step, np.arange(0.0, self.until, self.measured.step)
-        count, total = self.measured.time.size + grid.size - 1, np.zeros(1)
-        length = next_fast_len(count, real=True)
-        for sensor, shape in zip(self.measured.sensors, curve(np.minimum(grid, curve.x[-1])), strict=True):
-            force = np.where(np.isfinite(sensor.force), sensor.force, 0.0)
-            along = irfft(rfft(force, length) * rfft(shape[::-1], length), length)[:count]
+        step, grid, total = self.measured.step, self._grid, np.zeros(1)
+        count, shapes = self.measured.time.size + grid.size - 1, curve(np.minimum(grid, curve.x[-1]))
+        for sensor, spectrum, shape in zip(self.measured.sensors, self._spectra, shapes, strict=True):
+            along = irfft(spectrum * rfft(shape[::-1], self._length), self._length)[:count]
             square = float(shape @ shape)
             if square > 0.0:
                 # A sensor whose wires are turned has a negative gain.
@@ -134,9 +135,12 @@ class Misfit:
     def _fit_at(self, places: Vector, curve: CubicSpline, time_zero: float) -> Fit:
         """Return the fit of traces that begin at a time, s; they are zero before it, and constant after their end."""
         moments = self.measured.time - time_zero
-        inside = np.clip(moments, 0.0, curve.x[-1])
-        shapes = curve(inside) * (moments >= 0.0)
-        rates = -self.unit * curve(inside, 1) * (inside == moments)
+        shapes, rates = np.zeros((2, len(self.used), moments.size))
+        # A long lead has most of the samples; the curve is evaluated where it is not zero.
+        first, end = np.searchsorted(moments, 0.0), np.searchsorted(moments, curve.x[-1], "right")
+        shapes[:, first:end] = curve(moments[first:end])
+        shapes[:, end:] = curve(curve.x[-1])[:, None]
+        rates[:, first:end] = -self.unit * curve(moments[first:end], 1)
         residuals, slopes, whites, fitted = list[Vector](), list[Vector](), list[Vector](), list[Vector]()
         gains = np.ones(len(self.used))
         for row, used in enumerate(self.used):
