@@ -2,6 +2,9 @@
 
     python benchmarks/numerical_error.py [set-ups of each kind]
 
+Before, it prints how far AR of secondary waves on a meshed plate depends on the mesh.
+
+
 Rods, half-spaces and infinite plates: Runge–Kutta steps of the chain with the exact response of the wall (d'Alembert's
 echoes; a dashpot), which share no code with hertzlink. Meshed plates: the infinite plate, or the exact half-plane where
 an edge is near; the other edges are too far to matter while the bead touches. Half-planes: more oscillators.
@@ -255,9 +258,23 @@ def ratios(kind: str, number: int) -> list[tuple[float, float, float, float]] | 
     return found
 
 
+def secondary_waves() -> None:
+    """Print AR of both waves on a plate with the default mesh and with finer ones."""
+    bead = hl.Sphere(4.5e-3, hl.STEEL_440C)
+    beads = hl.Chain([bead] * 32, bead, 1.0)
+    for frequency in (40e3, 120e3, 480e3):
+        wall = hl.kirchhoff_plate(0.4, 0.3, 7.58e-3, hl.ALUMINIUM_6061, hl.Supports(), highest_frequency=frequency)
+        run = hl.CoSimulation(beads, wall.at(0.1, 0.15)).run(3e-3)
+        for sensor in (19, 27):
+            waves = hl.reflections(run, sensor)
+            ratios = waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio
+            print(f"mesh for {1e-3 * frequency:.0f} kHz, bead {sensor}: AR {ratios[0]:.5f}, secondary {ratios[1]:.5f}")
+
+
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else SETUPS
     warnings.simplefilter("ignore", hl.HertzlinkWarning)
+    secondary_waves()
     drawn = {kind: [ratios(kind, number) for number in range(count)] for kind in KINDS}
     drawn["all"] = [one for many in drawn.values() for one in many]
     for place, name in enumerate(QUANTITIES):

@@ -21,7 +21,7 @@ for name, law in laws.items():
 
 # The contact by itself: the force as it is loaded to 5 µm, and back at 4 µm.
 contact = hl.laws.JacksonGreen().contact(bead, hl.Surface(hl.ALUMINIUM_6061))
-assert contact is not None  # as of materials without a yield strength
+assert contact is not None  # it is None for materials without a yield strength
 deepest = np.array(5e-6)
 pressed, unloaded = float(contact.force(deepest)), float(contact.force(np.array(4e-6), deepest))
 print(f"yields from {contact.yield_force:.2f} N on; {pressed:.1f} N at 5 µm, {unloaded:.1f} N back at 4 µm")
