@@ -79,9 +79,10 @@ class Misfit:
         self._bases, self._forces, moments = list[Vector](), list[Vector](), measured.time - (time_zero or 0.0)
         self._grid = np.arange(0.0, self.until, measured.step)  # of what is sought in the signal by cross-correlation
         self._length = next_fast_len(measured.time.size + self._grid.size - 1, real=True)
-        self._spectra = [rfft(np.nan_to_num(sensor.force, posinf=0.0, neginf=0.0), self._length) for sensor in measured.sensors]
+        self._spectra = list[NDArray[np.complex128]]()
         for row, sensor in enumerate(measured.sensors):
             used = np.isfinite(sensor.force)
+            self._spectra.append(rfft(np.where(used, sensor.force, 0.0), self._length))
             if time_zero is not None:
                 # Samples before the impact show the baseline, so they count where the lead is quiet.
                 used &= (moments >= -(self.until if sensor.lead else self.unit)) & (moments <= self.until)
