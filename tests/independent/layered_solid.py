@@ -81,8 +81,8 @@ def struck(length: float, width: float, laminate: hl.Laminate, parts: list[int],
     def graded(half: float) -> Array:
         ends, size = [0.0], radius / 2.0
         while ends[-1] < half:
-            ends.append(ends[-1] + min(size, 6e-3))
-            size *= 1.25 if ends[-1] > 1.5 * radius else 1.0
+            ends.append(ends[-1] + min(size, 10e-3))
+            size *= 1.4 if ends[-1] > 1.5 * radius else 1.0
         return np.array(ends) * half / ends[-1]
 
     basis, mass, stiffness = matrices(graded(length / 2.0), graded(width / 2.0), laminate.plies, parts)
