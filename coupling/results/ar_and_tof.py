@@ -267,11 +267,11 @@ def _warn_of_doubts(reading: Reading, seen: _Seen, sensor: int, wanted: int) -> 
         return
     warn_of_ends(int(sensor), reading.beads)
     doubts = [
-        f"the {name} wave {note}" if note.startswith(("has", "is")) else note
+        note if note.startswith("a pulse") else f"the {name} wave {note}"
         for one in seen.runs
         for name, note in zip(("incident", *WAVES)[:wanted], one.notes, strict=False)
         if note
     ]
-    if doubts:
-        several = f" (in {len(doubts)} of {len(seen.runs)} runs)" if len(seen.runs) > 1 else ""
-        caution(f"wave at bead {sensor}: {doubts[0]}{several}")
+    several = f" (in {len(doubts)} of {len(seen.runs)} runs)" if len(seen.runs) > 1 else ""
+    for doubt in doubts[: 1 if several else None]:
+        caution(f"wave at bead {sensor}: {doubt}{several}")
