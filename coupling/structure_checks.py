@@ -44,9 +44,10 @@ THIN = 1.0 / 3.0
 steel on PTFE and on acrylic, 9.5 mm in radius, is 0.16, 0.04, 0.02 and 0.01 off at most in the theory of rods."""
 
 ENOUGH_CYCLES = 2.0  # what the cure asks for
-MESH_ERROR, REDUCTION_ERROR = 0.007, 0.2
+MESH_ERROR, REDUCTION_ERROR = 0.02, 0.2
 """AR of the primary wave may be wrong by the first over those cycles, and by the second times a reduction's estimated
-error: the most that was seen on plates, half-planes and rods of 2 to 5 mm (docs/numerics.md)."""
+error: the most that was seen. Plates, half-planes and rods of 2 to 5 mm need 0.007; a preloaded chain on a clamped
+beam needs 0.018 (docs/numerics.md)."""
 
 EXCEEDED = 2.0  # estimated error of a reduction over its tolerance that is warned of; about twice the error
 

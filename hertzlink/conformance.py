@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from coupling.interface import takes_part
 from coupling.participant import LEAST_RESISTANCE, CheckedParticipant
+from structures.checks import short
 
 Answers = NDArray[np.float64]  # Or forces: windows × contact points.
 
@@ -176,6 +177,8 @@ def check_structure(
     make: Callable[[], Any], window: float = WINDOW, mass: float | None = None, stiffness: float | None = None
 ) -> None:
     """Run all checks for a structure; mass and stiffness as in `check_units`. `make` returns a new participant."""
+    if not callable(make):
+        raise ValueError(f"make = {short(make)}: must be the class, or a function that returns a new participant")
     for check in (
         check_repeatable,
         check_independent,

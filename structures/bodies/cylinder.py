@@ -39,8 +39,10 @@ def layered_cylinder(
 
     Parameters
     ----------
-    layers, base
-        As of `rod`; all layers have the same radius.
+    layers : list of Layer
+        The layers from the contact on, as in `rod`; all have the same radius.
+    base : {"fixed", "free"}
+        What holds the far end.
     patch_radius : float, optional
         Radius a of the circle over which the force is spread evenly, m, wider than the contact; by default an eighth of
         the shortest of radius, first layer and shear wavelength. The displacement of the contact is the circle's mean,

@@ -263,3 +263,8 @@ def test_a_participant_without_a_surface_is_told_as_in_a_run() -> None:
         checks.check_structure(Bare)
     with pytest.raises(ValueError, match=message):
         run_of(Bare())
+
+
+def test_an_instance_is_no_maker() -> None:
+    with pytest.raises(ValueError, match=r"make = <.*: must be the class, or a function"):
+        checks.check_structure(Sound())  # type: ignore[arg-type]
