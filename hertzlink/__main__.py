@@ -11,7 +11,7 @@ ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line, with settings for all that it loads and starts."""
-    # Services and pythonw close standard streams; another file would get their numbers, and with them what is printed.
+    # Services and pythonw close standard streams; another file would get their numbers, and the printed text.
     while (handle := os.open(os.devnull, os.O_RDWR)) < 3:
         os.set_inheritable(handle, True)
     os.close(handle)

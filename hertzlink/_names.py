@@ -14,20 +14,6 @@ ROOMS = ("structures", "particles", "plates", "coupling")
 """The packages that hertzlink consists of, apart from its front door."""
 
 
-def check_rooms() -> None:
-    """Raise an ImportError if a package is missing, or if Python finds another package of the same name first."""
-    home = HOME.resolve().parent
-    for room in ROOMS:
-        spec = find_spec(room)
-        places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or []]
-        if home / room not in places:
-            location = "nothing" if spec is None else str(places[0] if places else spec.origin)
-            raise ImportError(
-                f"hertzlink needs its own package {room!r} from {home}, but Python finds {location}; "
-                "rename that package, or remove its folder from sys.path"
-            )
-
-
 def listed_in(file: Path) -> dict[str, str]:
     """Return the public names of a file, `__all__` or what it imports and assigns, with the modules they come from."""
     names = dict[str, str]()
@@ -41,7 +27,16 @@ def listed_in(file: Path) -> dict[str, str]:
     return {name: module for name, module in names.items() if not name.startswith("_")}
 
 
-check_rooms()
+for room in ROOMS:
+    spec = find_spec(room)
+    places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or []]
+    if HOME.resolve().parent / room not in places:
+        location = "nothing" if spec is None else str(places[0] if places else spec.origin)
+        raise ImportError(
+            f"hertzlink needs its own package {room!r} from {HOME.resolve().parent}, but Python finds {location}; "
+            "rename that package, or remove its folder from sys.path"
+        )
+
 PUBLIC = listed_in(HOME / "__init__.pyi")
 
 

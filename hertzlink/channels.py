@@ -78,7 +78,7 @@ def remarks(look: Look, first: Look) -> Iterator[str]:
     if missing := int(np.isnan(look.values).sum()):
         yield f"{count_of(missing, 'sample is', 'samples are')} missing or beyond the range"
     if not look.lead:
-        yield "no quiet lead: record from before the impact on"
+        yield "no quiet lead: begin the record before the impact"
     elif look.noise > max(COLOURED * white, step):
         times = f"{readable(look.noise / white, '', 2)} times as much as" if white else "more than"
         yield f"the lead scatters {times} white noise would: hum or drift"

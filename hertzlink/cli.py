@@ -1,6 +1,6 @@
 """The command line: the commands that take a case file, and errors as one line and an exit code.
 
-What reads cases is loaded by the commands themselves, so that the others stay fast.
+Commands import the modules that read cases when they run, so that the other commands stay fast.
 """
 
 import errno
@@ -61,7 +61,7 @@ class Commands(click.Group):
         return sorted({*self.commands, *LATER})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command; None where there is none."""
+        """Return a command; None for an unknown name."""
         if cmd_name in LATER:
             module, _, name = LATER[cmd_name].rpartition(".")
             self.add_command(getattr(import_module(f"hertzlink.{module}"), name))
@@ -198,7 +198,7 @@ def check(name: str, case: "Case") -> None:
 def identify(name: str, case: "Case", trace: Path, output: Path | None, force: bool, form: str | None) -> int:
     """Find the unknowns of a case from a measured trace, with 95 % intervals.
 
-    The exit code is 3 where results are written, but an unknown is not identified: the model does not fit, the signal
+    The exit code is 3 if results are written, but not every unknown is identified: the model does not fit, the signal
     does not determine the unknown, or it is at the end of its range.
 
     TRACE is a file of an oscilloscope or recorder, text or binary, with the voltage or force of each sensor over time.
@@ -231,12 +231,13 @@ def map_of_case(
     each tap. FOLDER may also be the table itself:
       x = structure.distance / mm, y / mm, file
       15, 0, tap-01.csv
-    Lines with the same x and y are taps of one point. A column named by an
-    entry of the case, here x, sets it at each point; that is optional.
+    Lines with the same x and y are taps of one point. A column named after
+    an entry of the case, here x, sets this entry at each point; it is
+    optional.
 
-    Without a section [identify] AR and TOF are read; columns 1, 2 and so on of a file are then the sensors of
-    [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
-    from which the same command continues; answers of points that did not fail stay there until all points have one.
+    Without a section [identify], AR and TOF are read; columns 1, 2 and so on of a file are then the sensors of
+    [measure]. The exit code is 3 if a point failed or is not identified. After Ctrl-C the finished points stay in
+    CASE-map.parts, and the same command continues. They are removed when all points are identified, or read.
     """
     from hertzlink.cases.identification import grid_of, map_of
 

@@ -21,10 +21,12 @@ CONFIGURATION = "precice-config.xml"
 
 @click.command("signal", short_help="Show what a file of a scope or recorder holds.")
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--interval", metavar="TIME", help='Time between samples, such as "0.5 us", of a file that states none.')
+@click.option("--interval", metavar="TIME", help='Time between samples, such as "0.5 us", of a file without times.')
 @click.option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Unit of the times.")
 @click.option("--unit", type=click.Choice(["V", "mV", "N", "kN"]), help="Unit of the channels.")
-@click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
+@click.option(
+    "--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="The picture; by default FILE-signal.png."
+)
 def show_signal(
     file: Path, interval: str | None, time_unit: str | None, unit: str | None, picture: Path | None
 ) -> None:
@@ -62,13 +64,13 @@ def show_signal(
     "--port", metavar="NUMBER", type=click.IntRange(0, 65535), default=0,
     help="Port of the page; by default a free one.",
 )  # fmt: skip
-@click.option("--no-browser", is_flag=True, help="Print the address of the page, and open no browser.")
+@click.option("--no-browser", is_flag=True, help="Print the address of the page without opening a browser.")
 def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
     """Open a page with sliders for a case, in the browser.
 
     It shows at once how the force at a sensor, the amplitude ratio (AR) and the time of flight (TOF) of the reflected
-    waves change. The sliders are the axes of [sweep], or else the usual parameters of the structure; the impact speed;
-    and the sensor. Only this computer can open the page. Ctrl-C ends it.
+    waves change. The sliders are the axes of [sweep] (without it, the usual parameters of the structure), the impact
+    speed and the sensor. Only this computer can open the page. Ctrl-C ends the command.
     """
     from hertzlink.cases.tasks import task_of
     from hertzlink.explore.answers import Explorer, modes_for
@@ -92,7 +94,9 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
     try:
         server = Server(explorer, case.title or Path(name).stem, notes, port)
     except OSError as error:
-        raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
+        raise ValueError(
+            f"--port {port}: cannot be used ({error.strerror}); give another one, or leave it out"
+        ) from error
     with server:
         say(f"open {server.address}\nCtrl-C ends it")
         if not no_browser:
@@ -105,19 +109,19 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
             say("ended")
 
 
-@click.command("precice", short_help="Couple a case by preCICE: write its configuration, or run one end.")
+@click.command("precice", short_help="Couple a case by preCICE: write its configuration, or run one participant.")
 @of_case
 @click.option(
     "--participant", type=click.Choice(["Chain", "Structure"]),
-    help=f"Run this end of the coupling. {CONFIGURATION} lies beside CASE.toml.",
+    help=f"Run this participant. {CONFIGURATION} must lie beside CASE.toml.",
 )  # fmt: skip
 @output_option("CASE-precice, or CASE-Chain and CASE-Structure, for CASE.toml")
 @FORCE
 def precice_case(name: str, case: "Case", participant: str | None, output: Path | None, force: bool) -> None:
     """Couple chain and structure of a case by preCICE, each in a process of its own.
 
-    Without --participant a folder gets preCICE's configuration and the case; with it one of the two runs there. Either
-    may be replaced by another program that takes part in preCICE.
+    Without --participant, a folder is written with preCICE's configuration and the case. There, run the command with
+    --participant twice, once for each participant. Another preCICE participant may replace either.
     """
     from coupling.ports.precice import precice_configuration, run_in_precice
     from coupling.results.ar_and_tof import reflections

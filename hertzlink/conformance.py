@@ -1,7 +1,7 @@
 """Checks of a participant of your own. Each raises an AssertionError that says what fails; `check_structure` runs all.
 
-A participant is a structure with start and advance(state, mean force, window) → (state, displacement). Only answers are
-compared, never states, whose form is the participant's own. All checks take the window, s.
+A participant is a structure with start and advance(state, mean force, window) → (state, displacement). Only the
+displacements are compared, never the states, whose form is the participant's own. All checks take the window, s.
 """
 
 import pickle
@@ -59,7 +59,7 @@ class Driven(CheckedParticipant):
 
 
 def check_repeatable(participant: Any, window: float = WINDOW) -> None:
-    """Check that a window from one state, twice, gives one answer, then and later: the old state is left as it was."""
+    """Check that a window repeated from one state gives the same answers, then and later: no old state was changed."""
     one = Driven(participant)
     state = one.start()
     for force in one.random(1):
@@ -72,7 +72,7 @@ def check_repeatable(participant: Any, window: float = WINDOW) -> None:
 
 
 def check_independent(participant: Any, window: float = WINDOW) -> None:
-    """Check that two histories through one instance, window by window in turn, are what each is alone."""
+    """Check that two histories that one instance advances in turn give the same answers as each history alone."""
     one = Driven(participant)
     histories = [one.random(seed) for seed in (2, 3)]
     alone = [one.run(history, window) for history in histories]
@@ -80,28 +80,28 @@ def check_independent(participant: Any, window: float = WINDOW) -> None:
     for i, forces in enumerate(zip(*histories, strict=True)):
         for n, force in enumerate(forces):
             states[n], turns[n][i] = one.move(deepcopy(states[n]), force, window)
-    require(same(alone, turns), "a history changes where another is advanced in between: advance keeps a state")
+    require(same(alone, turns), "a history changes if another is advanced in between: advance must not keep a state")
 
 
 def check_deterministic(make: Callable[[], Any], window: float = WINDOW) -> None:
-    """Check that a new instance, which `make` returns, gives the same bits."""
+    """Check that a new instance, which `make` returns, gives identical answers."""
     first, second = (one.run(one.random(4), window) for one in (Driven(make()), Driven(make())))
     require(same(first, second), "two instances give different answers to the same forces")
 
 
 def check_pickles(participant: Any, window: float = WINDOW) -> None:
-    """Check that a state which was written and read goes on to the same bits."""
+    """Check that a state that was written and read leads to identical answers."""
     one = Driven(participant)
     forces = one.random(5)[:8]
     written = one.run(forces, window, copy=lambda state: pickle.loads(pickle.dumps(state)))
-    require(same(one.run(forces, window), written), "a pickled state goes on otherwise")
+    require(same(one.run(forces, window), written), "a state that was pickled leads to other answers")
 
 
 def check_splits(participant: Any, window: float = SHORT, rounding: float = 1e-9) -> None:
-    """Check a window against two halves of it under the same drive, a smooth push: the difference is of order 2.
+    """Compare a window with its two halves under the same drive, a smooth push: the difference must be of order 2.
 
-    Take windows in which the fastest motion hardly turns: a mesh shows its order there only. More than an order of 1.5
-    is asked for, and none where the difference is below `rounding` of the answers (root mean square).
+    Take windows in which the fastest motion hardly turns: only there does a mesh show its order. An order above 1.5 is
+    enough; differences below `rounding` of the answers (root mean square) are not checked.
     """
     one = Driven(participant)
     push = FORCE * np.sin(np.pi * (np.arange(WINDOWS) + 0.5) / WINDOWS) ** 2
@@ -130,8 +130,8 @@ def check_starts_at_rest(participant: Any, window: float = WINDOW) -> None:
 def check_passive(participant: Any, window: float = WINDOW) -> None:
     """Check that from rest the work Σ F̄ (w₁ − w₀) on a structure never falls below −1e-9 times its maximum.
 
-    Random forces feed it; then forces against its motion draw out what they can. The first window goes without force,
-    so that a displacement at rest counts for nothing.
+    Random forces feed it; then forces against its motion draw energy out. The first window is without force, so that a
+    displacement at rest does not count.
     """
     one = Driven(participant)
     state, place = one.move(one.start(), np.zeros(one.contacts), window)
@@ -144,19 +144,19 @@ def check_passive(participant: Any, window: float = WINDOW) -> None:
         moves.append(end - place)
         place = end
     work = np.cumsum(np.sum(np.array(forces) * moves, axis=1))
-    words = f"gives back more than it was given: {work.min():.3g} J, of {abs(work).max():.3g} J at most"
+    words = f"returns more energy than it received: {work.min():.3g} J, of {abs(work).max():.3g} J at most"
     require(not work.min() < -1e-9 * abs(work).max(), words)
 
 
 def check_units(
     participant: Any, window: float = WINDOW, mass: float | None = None, stiffness: float | None = None
 ) -> tuple[float, float]:
-    """Check that a structure moves as in N, m and s, when a constant force pushes all its points.
+    """Check the units N, m and s of a structure whose points are all pushed by a constant force.
 
-    Return its inertia, kg, that of a mass which would move as far as the first point in the first SHORT s, and its
-    compliance, m/N, the mean displacement of that point over HELD s, over the force. mass (kg) moves first at the
-    contact point; stiffness (N/m) is the static one there. Each need only be right to a factor of MARGIN. Without them,
-    only what moves more easily than a foil is wrong.
+    Return its inertia, kg, and its compliance, m/N. The inertia is that of a mass that moves as far as the first point
+    in the first SHORT s. The compliance is the mean displacement of that point over HELD s, over the force. mass (kg)
+    moves first at the contact point; stiffness (N/m) is the static one there. Each need only be right to a factor of
+    MARGIN. Without them, the check fails only for a structure that moves more easily than a foil.
     """
     one = Driven(participant)
     free, pushed = np.zeros(one.contacts), np.full(one.contacts, FORCE)

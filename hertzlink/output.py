@@ -102,7 +102,7 @@ def listed(path: Path) -> str:
 
 
 def temporary_beside(path: Path) -> Path:
-    """Return a name beside a path that nothing has."""
+    """Return an unused name beside a path."""
     return path.with_name(f".{path.name[:40]}.{token_hex(8)}.part")
 
 
@@ -134,7 +134,7 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         if folder.exists():  # something has come to lie there since it was checked
             place = next(path for i in range(2, 10**6) if not os.path.lexists(path := Path(f"{folder}-{i}")))
             new.rename(place)
-            reason = f"holds files by now that would be deleted; nothing was changed; the new folder is {place}"
+            reason = f"now holds files that would be deleted; nothing was changed; the new folder is {place}"
             raise FileExistsError(errno.EEXIST, reason, str(folder))
         new.rename(folder)
         shutil.rmtree(old, ignore_errors=True)
@@ -157,5 +157,5 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 def unchanged(error: OSError, path: Path) -> OSError:
-    """Return an error of writing a file or folder that says of it that it is as it was."""
+    """Return the error of writing a file or folder, with the remark that nothing was changed."""
     return OSError(error.errno, f"{error.strerror or error}; nothing was changed", str(path))

@@ -33,11 +33,11 @@ def assert_same_waves(
     sensors: Sequence[int] | None = None,
     update: bool | None = None,
 ) -> None:
-    """Compare the waves of a result with a reference that was saved, for a regression test.
+    """Compare the waves of a result with a saved reference, for a regression test.
 
-    AR and TOF of the primary and the secondary wave at each sensor are compared, and the forces over time at the
-    sensors and at the last contact of the chain. A wave that only one of them has is a difference. In a sweep or a
-    batch the worst run counts.
+    The amplitude ratio (AR) and the time of flight (TOF) of the primary and the secondary wave at each sensor are
+    compared, and the forces over time at the sensors and at the last contact of the chain. A wave that only the result
+    or only the reference has is a difference. In a sweep or a batch the worst run counts.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def assert_same_waves(
     reference : path
         The netCDF file of the reference.
     rtol : float
-        Relative tolerance; of a force of its root mean square.
+        Relative tolerance; for a force, of its root mean square.
     sensors : list of int, optional
         Beads whose waves count; by default those of the reference, or the bead in the middle of the chain.
     update : bool, optional
@@ -63,7 +63,7 @@ def assert_same_waves(
         If a quantity differs by more than rtol · |reference|. The message lists what differs, and whether
         input or versions differ.
     ValueError
-        If the reference is missing or is none, or an argument is wrong.
+        If the reference is missing or is another file, or an argument is wrong.
 
     Examples
     --------
@@ -96,7 +96,8 @@ def assert_same_waves(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, bytes(now.to_netcdf(engine="h5netcdf", encoding=coding)))
     elif lines := [*complaints(old, now, rtol)]:
-        lines += [*origins(old, run), f"If the change is meant, write the reference again: update=True, or {UPDATE}=1."]
+        again = f"If the change is intended, write the reference again: update=True, or {UPDATE}=1."
+        lines += [*origins(old, run), again]
         raise AssertionError("\n  ".join([f"the waves differ from those in {path}:", *lines]))
 
 
@@ -136,7 +137,7 @@ def complaints(old: xr.Dataset, now: xr.Dataset, rtol: float) -> Iterator[str]:
     if cut:
         yield f"the record ends at {ends[0]:.6g} µs there and {ends[1]:.6g} µs here"
     elif wrong and interpolated:
-        yield "other saved times here than there; forces interpolated"
+        yield "the saved times differ; forces are interpolated"
 
 
 def difference(name: str, old: xr.Dataset, now: xr.Dataset, rtol: float) -> str:

@@ -122,7 +122,7 @@ WRONG_RODS = [
     ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is not a kind; did you mean spring_loaded?'),
     # What hertzlink's objects refuse.
     ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
-    ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),
+    ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter, not both"),
     ('shape = "sphere", diameter = "9.53 mm"', 'shape = "hollow_sphere", radius = "4 mm", inner_radius = "5 mm"', 3, 'chain.bead.inner_radius: "5 mm" must be less than the radius, 0.004 m'),
     ('"0.3 m/s"', '"0.3 m/s"\ndrop_height = "1 cm"', 6, "chain.drop_height: gives the impact speed; leave out impact_speed"),
     ("beads = 8", 'beads = 8\ninclination = 45', 3, "chain.inclination: 45.0 must lie between -2π and 2π"),
@@ -146,11 +146,11 @@ WRONG_RODS = [
     # Uncertainties.
     ("[run]", '[sensitivities]\n"structure.layers[1].length" = "2 N"\n[run]', 15, '"2 N": "N" is no unit of this quantity; must be a length'),
     ("[run]", '[sensitivities]\n"structure.layers[1].length" = "-1 %"\n[run]', 15, '"-1 %" must be a standard uncertainty, such as "0.02 mm"'),
-    ("[run]", '[sensitivities]\n"chain.beads" = "1 %"\n[run]', 15, "8 must be a number other than zero, and no count"),
+    ("[run]", '[sensitivities]\n"chain.beads" = "1 %"\n[run]', 15, "8 must be a number other than zero, and not a count"),
     ("[run]", '[sensitivities]\n"chain.gravity" = "1 %"\n[run]', 15, "is not written in the case; give its value there first"),
     ("[run]", '[sensitivities]\nchain.bead.diameter = "0.02 mm"\n[run]', 15, 'sensitivities.chain: a table must be a standard uncertainty after a path in quotes, as "structure.thickness"'),
     ("[run]", '[sensitivities]\n"run.until" = "1 %"\n[run]', 15, '"run.until" cannot be varied'),
-    ("[run]", '[sweep]\n"chain.impact_speed" = [0.2, 0.3]\n[sensitivities]\n"chain.impact_speed" = "1 %"\n[run]', 16, "is that of one run; leave out [sweep]"),
+    ("[run]", '[sweep]\n"chain.impact_speed" = [0.2, 0.3]\n[sensitivities]\n"chain.impact_speed" = "1 %"\n[run]', 16, "is for a single run; leave out [sweep]"),
 ]  # fmt: skip
 
 WRONG_PLATES = [
@@ -186,7 +186,7 @@ WRONG_PLATES = [
 ]  # fmt: skip
 
 WRONG_QUESTIONS = [
-    ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is not a bead of 1 to 20; write { 7 = 1 }'),
+    ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is not a bead from 1 to 20; write { 7 = 1 }'),
     ("7 = 1", "7 = -1", 27, "identify.sensors.7: -1 must be at least 0"),
     ("{ 7 = 1, 13 = 2 }", "{}", 27, "identify.sensors: a table has 0 entries; must have at least 1; give a table of beads and columns, such as { 7 = 1 }"),
     ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is no unit of this quantity'),
@@ -250,7 +250,7 @@ def test_a_wrong_case_is_one_line(
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0 as structure.layers[0], so no entry [5]"),
+        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0 as structure.layers[0]; there is no [5]"),
         ("structure.kind.of=1", "structure.kind is not a table"),
         ("structure[0]=1", "structure is not a list"),
         ("nonsense", 'has no "="'),

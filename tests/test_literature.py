@@ -231,7 +231,7 @@ def test_a_row_of_the_page(name: str) -> None:
     value = ours()[name]
     assert isinstance(value, float)
     assert lies(value, printed(shown)), value
-    if match := re.fullmatch(r"agrees(?: within our error, (\S+))?", verdict):
+    if match := re.fullmatch(r"agrees(?: within its error, (\S+))?", verdict):
         spare = float(match[1] or 0.0)
         assert lies(value, (expected[0] - spare, expected[1] + spare))
         return

@@ -79,7 +79,7 @@ def test_other_saved_times_are_interpolated(run: xr.Dataset, reference: Path) ->
     """A cubic spline through every second sample differs by less than 1e-4 of the trace; the message says so."""
     sparse = run.isel(time=slice(0, None, 2))
     assert_same_waves(sparse, reference, rtol=1e-3)
-    assert "forces interpolated" in complaint(sparse, reference, rtol=1e-12)
+    assert "forces are interpolated" in complaint(sparse, reference, rtol=1e-12)
 
 
 def test_a_sweep_reports_its_worst_run(tmp_path: Path) -> None:

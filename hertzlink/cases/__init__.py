@@ -34,7 +34,7 @@ WORD = re.compile(
 CHANGE = "--set"
 
 ENDS = ("", "\n]", "\n]]", "\n]}", "\n]}]", '"""', "'''")
-"""What completes the first lines of a file: an entry may go on over several lines in lists and long texts alone."""
+"""What completes the first lines of a file: only in lists and long texts does an entry continue over several lines."""
 
 
 class Fault(ValueError):
@@ -53,7 +53,7 @@ class CaseError(ValueError):
 
 
 def parsed(text: str) -> Path:
-    """Return the path that a text names; raise a ValueError for a text that names none."""
+    """Return the path that a text names; raise a ValueError for any other text."""
     parts = list(PART.finditer(text))
     if not parts or parts[0][3] or "".join(part[0] for part in parts) != text:
         raise ValueError(f'"{text}" is not the path of an entry; write it as structure.layers[1].material')
@@ -82,7 +82,7 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
         before, number = written(path[:i]), isinstance(part, int)
         many = count_of(len(at), "entry") if isinstance(at, list) else ""
         if many and not (isinstance(part, int) and part < len(at)):
-            raise ValueError(f"{before} has {many}, counted from 0 as {before}[0], so no entry {written((part,))}")
+            raise ValueError(f"{before} has {many}, counted from 0 as {before}[0]; there is no {written((part,))}")
         if not many and (number or not isinstance(at, dict)):
             kind = "list" if number else "table"
             raise ValueError(f"{before} is not a {kind}, so it has no entry {written((part,))}")

@@ -178,7 +178,7 @@ class Case:
             return CoSimulation(given[0], given[1], behind=given[2], **settings)
         except ValueError as error:
             name = str(error).partition(": ")[0].partition(" = ")[0]
-            # What names no section is about the chain.
+            # A message that names no section is about the chain.
             table = run if name in run.form.entries else new.tree if name == "structure" else calls[0]
             raise table.fault(str(error)) from error
 
@@ -249,7 +249,7 @@ def load(files: Iterable[File]) -> None:
             raise ValueError(f"--with {file}: cannot be read ({error.strerror})") from None
         if _LOADED.get(place) == content:
             continue
-        # Without dots it is no package: pickles, and kernels that are kept in files, find their classes by this name.
+        # A name without dots is not a package. Pickles, and kernels that are kept in files, find their classes by it.
         name = place.replace(".", "_")
         module = sys.modules[name] = ModuleType(name)  # annotations that are texts are looked up there
         module.__file__ = place
@@ -263,5 +263,5 @@ def load(files: Iterable[File]) -> None:
 
 
 def of_case(finding: str) -> str:
-    """Return a finding of a run, with times and laws as a case has them."""
+    """Return a finding of a run, with times and laws as a case writes them."""
     return UNTIL.sub(r'until = "\1"', finding).replace("law=hl.laws.JacksonGreen() in Chain", YIELDING)

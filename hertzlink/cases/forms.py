@@ -26,7 +26,7 @@ OF_MATERIAL = (Material, OrthotropicMaterial)
 class Family(NamedTuple):
     """A class of which a table is one member.
 
-    tag: the entry that says which one. common: entries of all members that are no arguments: they are read where the
+    tag: the entry that says which one. common: entries of all members that are not arguments: they are read where the
     table stands. others: members that are not found by what they make, without the common entries.
     """
 
@@ -64,7 +64,7 @@ class Of:
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """The entries of a table, and what makes something of them. common: entries that are no arguments."""
+    """The entries of a table, and the function that takes them. common: entries that are not arguments."""
 
     target: Any
     make: Callable[..., Any]
@@ -188,12 +188,12 @@ def hint_of(parameter: Parameter) -> str:
 
 
 def example_of(quantity: Quantity) -> str:
-    """Return a number as a case has it; a quantity of a user's own may have no example."""
+    """Return a number as a case writes it; a quantity of a user's own may have no example."""
     plain = quantity.example == Quantity.example
     return f"{quantity.example} {quantity.unit_in_files}".strip() if plain else quantity.example
 
 
-# To import a module describes its parts. Names are read from the files of type checkers: to import all would load all.
+# Importing a module describes its parts. Names are read from the files of type checkers: importing all would load all.
 for _file in (HOME / "__init__.pyi", *(HOME / f"{name}.py" for name in namespaces())):
     for _module in sorted(set(listed_in(_file).values())):
         if _module.partition(".")[0] in ROOMS[:3]:

@@ -77,7 +77,7 @@ def question_of(case: Case) -> Task:
     count = count_of_beads(case, 0)
     for name in asked["columns"]:
         if not name.isdigit() or not 1 <= int(name) <= count:
-            reason = f'"{name}" is not a bead of 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
+            reason = f'"{name}" is not a bead from 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
             raise Fault(("identify", "sensors", name), reason)
 
     axes: dict[str, Axis] = {}
@@ -183,7 +183,7 @@ def grid_of(case: Case, table: File) -> Grid:
     unknowns = [] if case.identify is None else [axis.path for axis in question_of(case).axes]
 
     def convert(name: str, text: str, unit: str) -> Any:
-        """Return the value (SI) that an entry of the case gets from a cell; a column that names none as it is."""
+        """Return the value (SI) that an entry of the case gets from a cell; other columns stay as they are."""
         if "." not in name:
             return text
         path = path_of(name, ())

@@ -118,7 +118,7 @@ def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
     if isinstance(value, dict) and tables:
         return _table(value, tables, path, context)
     if suited := [row for row in rows if isinstance(value, dict if row.make is dict else list)]:
-        # Of a point and a list of points the nested one is meant by a list of lists.
+        # Where a point and a list of points are allowed, a list of lists means the list of points.
         nested = bool(value) and isinstance(value, list) and isinstance(value[0], list)
         make, item, length = next((row for row in suited if bool(allowed(row.item).rows) == nested), suited[0])
         least = int(parameter.required) if length is None else length
@@ -163,7 +163,7 @@ def _table(table: dict[str, Any], tables: dict[str, dict[str, Form]], path: Path
         if parameter.required and not parameter.may_be_none and name not in entries:
             raise Fault((*path, name), f"is missing; {hint_of(parameter)}")
     if "diameter" in form.entries and len(sizes := [name for name in ("radius", "diameter") if name in entries]) != 1:
-        what = "give radius or diameter alone" if sizes else "is missing; give a radius or a diameter"
+        what = "give radius or diameter, not both" if sizes else "is missing; give a radius or a diameter"
         raise Fault((*path, [*sizes, "radius"][len(sizes) // 2]), f'{what}, such as diameter = "4.76 mm"')
     call = Call(form, entries, path, table, context)
     if path[:1] == ("materials",) and len(path) == 2:

@@ -38,7 +38,7 @@ class Table:
     shown: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     def csv(self) -> str:
-        """Return a CSV file; numbers have all their digits, and what is unknown is empty."""
+        """Return a CSV file; numbers have all their digits, and missing values are empty."""
 
         def cell(value: Any) -> Any:
             # An apostrophe keeps spreadsheets from taking the text of a user for a formula.
@@ -74,7 +74,7 @@ class Answer:
     title: str = ""
     yielded: xr.Dataset | None = None  # the result with a law of yielding
     sketched: CoSimulation | None = None  # where the result does not hold what is sketched
-    others: dict[str, str] = field(default_factory=dict)  # files that are no tables
+    others: dict[str, str] = field(default_factory=dict)  # files that are not tables
     code: int = 0
 
     @property
@@ -98,23 +98,21 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
     if yielded is not None:
         with collected():  # The warnings of a run are those of its elastic contacts.
             others, _ = tables_of(task, yielded)
-        tables = [one for pair in zip(tables, others, strict=True) for one in _of_both_laws(*pair)]
+        for i, (elastic, yielding) in enumerate(zip(tuple(tables), others, strict=True)):
+            if elastic.file == "traces.csv":  # their times differ
+                tables.append(Table("traces_yielding.csv", yielding.data))
+                continue
+            # A last column says which contact law a row is of.
+            laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
+            both = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
+            shown = pd.DataFrame()
+            if len(elastic.shown):
+                differs = (elastic.shown != yielding.shown).any(axis=1)
+                rows = elastic.shown.assign(contacts="elastic"), yielding.shown[differs].assign(contacts="fresh spot")
+                shown = pd.concat(rows).sort_index(kind="stable")
+            tables[i] = Table(elastic.file, both, shown)
         below.insert(0, fill(f"fresh spot: there the metal yields; computed with {YIELDING}", WIDTH))
     return Answer(data, tables, below, task.case.title, yielded)
-
-
-def _of_both_laws(elastic: Table, yielding: Table) -> list[Table]:
-    """Return the table of both contact laws: a last column says which one a row is of."""
-    if elastic.file == "traces.csv":  # their times differ
-        return [elastic, Table("traces_yielding.csv", yielding.data)]
-    laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
-    data = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
-    shown = pd.DataFrame()
-    if len(elastic.shown):
-        differs = (elastic.shown != yielding.shown).any(axis=1)
-        rows = elastic.shown.assign(contacts="elastic"), yielding.shown[differs].assign(contacts="fresh spot")
-        shown = pd.concat(rows).sort_index(kind="stable")
-    return [Table(elastic.file, data, shown)]
 
 
 def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
@@ -141,7 +139,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     if len(chains) == 1:
         frame = frame.drop(columns="chain")
 
-    below = [f"energy created or lost: {float(energy_error(data)):.1e} of the impact's"]
+    below = [f"energy created or lost: {float(energy_error(data)):.1e} of the impact energy"]
     below += ["\n" + error["text"] for error in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
     for sensor, budget in json.loads(data.attrs.get(UNCERTAINTY, "{}")).items():
         below += [f"\nuncertainty at bead {sensor}, with the share of each entry", budget["text"]]
@@ -181,9 +179,9 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
         critical, low, high, far = map(float, (at.critical_distance, *at.bracket, at.far_value))
         rows.append([*values, critical, low, high, far, wanted.tolerance])
         if bool(at.lower_bound):
-            remarks.add("> : AR still changes at the last distance that the record allows; the true one is larger")
+            remarks.add("> : AR still changes at the last distance that the record allows; the critical one is larger")
         if low == 0.0:
-            remarks.add("< : AR is within the tolerance at all distances; give smaller ones")
+            remarks.add("< : AR is within the tolerance at all distances; give smaller distances")
         best, *ends = (along.shown(number, 4) for number in (critical, low, high))
         best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
         texts = [axis.shown(value) for axis, value in zip(others, values, strict=True)]

@@ -27,7 +27,7 @@ from structures.caution import caution, collected
 from structures.units import NUMBER, PARTS, spread_of
 
 FEWEST_DISTANCES = 3
-FEWEST_ON_MODES = 4  # plates of a sweep, from which on their modes, once, take less time than a mesh of each
+FEWEST_ON_MODES = 4  # plates of a sweep: from this number on, one set of modes takes less time than a mesh for each
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Task:
         return "critical distance" if self.along is not None else "sweep" if self.axes else "run"
 
     def __call__(self, **values: Any) -> CoSimulation:
-        """Return the co-simulation at values of the axes. What is refused of one is a Fault where it is asked for."""
+        """Return the co-simulation at values of the axes. A refused value is a Fault where the case states it."""
         try:
             return self.case.changed({axis.path: values[axis.name] for axis in self.axes}).simulation()
         except Fault as fault:
@@ -93,7 +93,7 @@ def task_of(case: Case) -> Task:
     if measure.numerical_error:
         case.only_chain("a numerical error")
         if task.axes:
-            raise Fault(("measure", "numerical_error"), "is that of one run; leave out [sweep], or this entry")
+            raise Fault(("measure", "numerical_error"), "is for a single run; leave out [sweep], or this entry")
     if task.axes and "save_every" in case.tree.entries["run"].entries:
         raise Fault(("run", "save_every"), "is chosen by a sweep; leave it out")
     task = replace(task, sensors=sensors_of(case, task.first))
@@ -110,7 +110,7 @@ def task_of(case: Case) -> Task:
     if not along.is_number or len(along.values) < FEWEST_DISTANCES:
         raise Fault(place, f'"{wanted}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
     if len(task.sensors) != 1:
-        raise Fault(("measure", "sensors"), "must be one for a critical distance; give sensor")
+        raise Fault(("measure", "sensors"), "must be a single bead for a critical distance; give sensor")
     distance = replace(along, name="distance")  # as results call it
     return replace(task, axes=tuple(distance if axis is along else axis for axis in task.axes), along=distance)
 
@@ -119,7 +119,7 @@ def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
     """Return the sensors, by default the bead in the middle; a Fault for a bead that is not there."""
     measure, count = case.measure, count_of_beads(first, case.measure.chain)
     if measure.sensor is not None and measure.sensors is not None:
-        raise Fault(("measure", "sensors"), "give sensor or sensors alone")
+        raise Fault(("measure", "sensors"), "give sensor or sensors, not both")
     sensors = measure.sensors or [measure.sensor or (count + 1) // 2]
     for i, sensor in enumerate(sensors):
         if sensor > count:
@@ -142,7 +142,7 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
     """Return the task of [sensitivities], whose axes are its entries, and their values and standard uncertainties."""
     case.only_chain("an uncertainty budget")
     if case.tree.entries.get("sweep"):
-        raise Fault(("sensitivities",), "is that of one run; leave out [sweep], or this section")
+        raise Fault(("sensitivities",), "is for a single run; leave out [sweep], or this section")
     axes, inputs = list[Axis](), dict[str, tuple[float, float]]()
     for key, text in case.tree.entries["sensitivities"].items():
         place = ("sensitivities", key)
@@ -153,7 +153,7 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
         if stated is None:
             raise Fault(place, "is not written in the case; give its value there first")
         if not isinstance(value, float) or value == 0.0:
-            raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
+            raise Fault(place, f"{shown(value)} must be a number other than zero, and not a count")
         match = NUMBER.fullmatch(str(text))
         part = match and match[2] in PARTS
         spread = spread_of(str(text), value) if part else number(text, size_of(case, axis.path), place)
@@ -171,7 +171,7 @@ def builder_of(task: Task) -> Callable[..., CoSimulation]:
     points = [partial(task, **point) for point in (task.start, *task.ends)]
     on_modes = None if few else modes_of(points, task.case.until)
     build: Callable[..., CoSimulation] = task if on_modes is None else partial(on_modes, task)
-    with collected():  # what is refused is a Fault before processes start; what is warned of, the runs repeat
+    with collected():  # a refused point is a Fault before processes start; the runs repeat warnings
         for point in task.ends:
             build(**point)
     return build

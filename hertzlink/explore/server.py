@@ -43,7 +43,7 @@ class Server(ThreadingHTTPServer):
     def server_bind(self) -> None:  # without asking for the name of this computer, which may take seconds
         socketserver.TCPServer.server_bind(self)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:  # a browser that closes its page is no error
+    def handle_error(self, request: Any, client_address: Any) -> None:  # a browser may close its page
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 

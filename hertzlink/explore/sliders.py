@@ -47,7 +47,7 @@ class Slider:
         return written(self.path)
 
     def read(self, text: str) -> Any:
-        """Return the entry of the case that a text from the page means; raise a ValueError for what is none."""
+        """Return the entry of the case that a text from the page means; raise a ValueError for any other text."""
         if self.choices:
             if text not in self.choices:
                 raise ValueError(f"{self.label}: {text[:40]!r} is not a choice; take one of {', '.join(self.choices)}")

@@ -90,15 +90,15 @@ def report(
     Parameters
     ----------
     result : Dataset or Identification
-        A run, a sweep, a batch, a measured signal, what `identify` returned or saved, or a map of `map_taps`.
+        A run, a sweep, a batch, a measured signal, the result of `identify`, or a map of `map_taps`.
     path : path
-        The file; one that exists is replaced, completely or not at all.
+        The file; an existing one is replaced, completely or not at all.
     title : str, optional
-        By default what the result is.
+        By default the kind of the result.
     sensors : int or sequence of int, optional
-        Beads, 1 to N from the struck end; by default the middle bead, all of a signal.
+        Beads, 1 to N from the struck end; by default the middle bead, or all sensors of a signal.
     setup : CoSimulation, optional
-        What to sketch, for a signal or an identification, which do not hold it.
+        The set-up to sketch, for a signal or an identification, which do not hold it.
 
     Returns
     -------
@@ -149,8 +149,8 @@ def page_of(
         else:
             has_cure = hasattr(result, "noted_in")  # a budget, which a run can hold
             what = f"is of {type(result).__name__}" if has_cure else f"= {short(result)}"
-            cure = "the run that it is of, budget.noted_in(run, ...)" if has_cure else "a run, a sweep, a signal"
-            raise ValueError(f"result {what}: must be {cure}, or what identify or map_taps returned, as a Dataset too")
+            cure = "the run with the budget, budget.noted_in(run, ...)" if has_cure else "a run, a sweep, a signal"
+            raise ValueError(f"result {what}: must be {cure}, or the result of identify or map_taps")
         sketch, page.texts = sketch_and_input(data, setup)
     page.title = title or page.title
     page.pictures[:0] = sketch

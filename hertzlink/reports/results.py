@@ -39,9 +39,9 @@ DEFINED = (
 WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spots and on spots that taps have dented."
 
 FRESH_SPOT = (
-    "The first tap on a fresh spot dents the metal, which takes energy from the wave: there the values with yielding "
-    "hold. On a spot that earlier taps of the same strength have dented, a thick body answers as the elastic values "
-    "say. A thin plate does not: the flattened spot is stiffer, and AR stays near that of a fresh spot."
+    "The first tap on a fresh spot dents the metal, which takes energy from the wave: the values with yielding hold "
+    "there. After earlier taps of the same strength on the spot, the elastic values hold for a thick body. For a thin "
+    "plate they do not: the flattened spot is stiffer, and AR stays near that of a fresh spot."
 )
 
 
@@ -79,13 +79,13 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
         if budgets := json.loads(one.attrs.get(UNCERTAINTY, "{}")):
             shares = [row for budget in budgets.values() for row in budget["rows"]]
             columns = "measure", "value ± standard uncertainty", "shares of the variance"
-            page.tables.append(Table("What uncertain parameters do to AR and TOF", columns, shares))
+            page.tables.append(Table("Effect of uncertain parameters on AR and TOF", columns, shares))
     page.sentences += [FRESH_SPOT] * (yielded is not None) + [DEFINED]
     length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {count_of(reading.time.size, 'sample')}"
     record = f"The record is {'simulated' if is_run else 'measured'}: {length}."
     if is_run and "kinetic_energy" in data:
         record += f" The energy changes by {float(energy_error(data)):.1g} of the impact energy."
-        words = "Where the energy is over time. The sum must not change."
+        words = "The energy of each part over time. The sum must not change."
         page.pictures.append(drawn("energy", words, partial(traces.energy, data), folded=True))
     page.sentences.append(record)
     return page
@@ -140,7 +140,7 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
                 place = np.unravel_index(index, ratio.shape)
                 where = said_of(point_in_words(ratio, ratio.dims, place))
                 ends.append(f"{ratio.values[place]:.3f}" + f" ({where})" * bool(where))
-            without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" * bool(missing)
+            without = f"; {count_of(missing, 'run has', 'runs have')} no primary wave" * bool(missing)
             said = f"AR of the primary wave at bead {number} lies between {ends[0]} and {ends[1]}{without}."
             page.sentences.append(said)
         for wave in ("primary", "secondary"):
@@ -211,7 +211,7 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
             said = f"beyond {distance} {unit} ({between} {unit}) {changes}"
             if np.isnan(curve.far_value):
                 distance, between = "not found", "no reflected wave far away"
-                said = f"the influence of {what} is not known, as the record ends before the wave comes back"
+                said = f"the influence of {what} is not known, because the record ends before the wave comes back"
             elif not np.isfinite(high):
                 distance, between = f"more than {low_end}", "greater distances are needed"
                 said = f"at {low_end} {unit} {changes.replace('less', 'more')}, so {between}"
@@ -258,8 +258,8 @@ def identification_page(data: xr.Dataset) -> Page:
         found = ", ".join(unknown_in_words(unknown) for unknown in unknowns if unknown.verdict != NUISANCE)
         page.sentences += [f"{found[:1].upper()}{found[1:]}.", f"The model explains the signal: {size}."]
     else:
-        page.sentences.append(f"No value can be trusted: the model does not explain the signal, {size}.")
-        page.sentences.append("Mend the model first: a wrong model biases values by more than any interval.")
+        page.sentences.append(f"No value can be trusted: the model does not explain the signal; {size}.")
+        page.sentences.append("Correct the model first: a wrong model biases values by more than any interval.")
     read = stored(data.attrs.get("input")).get("identify", {}).get("signal") or {}
     of, name = "", read.get("signal", "arrays")
     if name != "arrays":
@@ -281,12 +281,12 @@ def identification_page(data: xr.Dataset) -> Page:
         page.pictures.append(drawn(name, words, partial(identified, data, *what), height, folded))
 
     for number in np.atleast_1d(data.sensor.values).astype(int).tolist() if "time" in data.dims else []:
-        picture(f"fit-{number}", f"Fitted over measured force at bead {number}.", "fit", number)
-        words = f"What the fit leaves at bead {number}, in units of the noise."
+        picture(f"fit-{number}", f"Fitted and measured force at bead {number}.", "fit", number)
+        words = f"The residual of the fit at bead {number}, in units of the noise."
         picture(f"residual-{number}", words, "residual", number, folded=True)
-    words, height = "How well each unknown is known.", 1.4 + 0.42 * len(unknowns)
+    words, height = "How exactly each unknown is determined.", 1.4 + 0.42 * len(unknowns)
     picture("intervals", words, "intervals", height=height)
-    words = "Correlations: unknowns near 1 or −1 cannot be told apart."
+    words = "Correlations: unknowns near 1 or −1 cannot be distinguished."
     picture("correlation", words, "correlation", height=WIDTH - 1.0, folded=True)
     return page
 
@@ -345,7 +345,7 @@ def difference_in_words(one: xr.Dataset, name: str) -> str:
     known = one.isel(point=np.isin(one.verdict.values, (IDENTIFIED, MEASURED)))
     value, width = (numbers.values / float(one.unit_size) for numbers in (known.value, known.high - known.low))
     if not value.size:
-        return f"No point has a {words} to rely on."
+        return f"No point has a reliable {words}."
     away = value - float(np.median(value))
     middle = readable(float(np.median(value)), "", 4) + unit
     scatter = 1.4826 * float(np.median(abs(away)))  # that of a normal distribution, from its median
@@ -365,6 +365,6 @@ def difference_in_words(one: xr.Dataset, name: str) -> str:
         low, high = (readable(float(end), "", 4) for end in (value.min(), value.max()))
         return f"{words[:1].upper()}{words[1:]} varies from {low} to {high}{unit} over {count_of(value.size, 'point')}."
     if value.size == 1:
-        return f"One point has a {words} to rely on: {middle}."
+        return f"One point has a reliable {words}: {middle}."
     scatters = f"with a scatter of {readable(scatter, '', 1)}{unit}"
     return f"All {value.size} points agree in {words}: {middle}, {scatters}."

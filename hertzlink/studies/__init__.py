@@ -1,9 +1,9 @@
 """Studies of the thesis and beyond it, a script each, with three functions.
 
 `run(quick, jobs)` simulates and returns a Dataset; `quick` is a coarse version that takes seconds. `numbers(data)`
-yields what the thesis prints, and what else a reader wants to know, as hertzlink finds it. `figures(data)` returns the
-figures by file name. `printed.csv` holds what the thesis prints, and `compare` says whether it agrees. `captions.csv`
-says what the figures show.
+yields hertzlink's values of the numbers that the thesis prints, and a few more. `figures(data)` returns the figures by
+file name. `printed.csv` holds the printed numbers, and `compare` says whether they agree. `captions.csv` holds the
+captions of the figures.
 """
 
 import csv
@@ -13,11 +13,11 @@ from types import ModuleType
 
 STUDIES = {
     "thesis": "The whole thesis: a verdict on each of its numbers, and each corrected equation with a check.",
-    "aspect-ratio": "What plates send back to a chain at their centre, over bead diameter / thickness (section 6.2.1).",
-    "plate-boundary": "From which distance on a plate's edge no longer changes what it sends back (section 6.2.2).",
+    "aspect-ratio": "The wave that the centre of a plate reflects, over bead diameter / thickness (section 6.2.1).",
+    "plate-boundary": "The distance beyond which a plate's edge no longer changes the reflected wave (section 6.2.2).",
     "critical-distance": "The law for this distance: for which beads, edges and plates it holds.",
-    "rod-stiffness": "What a rod sends back, over its Young's modulus and for given materials (section 6.1.1).",
-    "rod-length": "What a rod sends back, over its length (section 6.1.2).",
+    "rod-stiffness": "The waves that a rod reflects, over its Young's modulus and for given materials (section 6.1.1).",
+    "rod-length": "The waves that a rod reflects, over its length (section 6.1.2).",
     "upper-layer": "A stiff layer on a soft one: the waves over the upper layer's thickness (section 6.1.3).",
     "lower-layer": "A stiff layer on a soft one: the waves over the lower layer's thickness (section 6.1.4).",
     "ellipsoids": "Waves in chains of ellipsoids, lying and standing, and of spheres (section 5.3.1).",

@@ -27,7 +27,7 @@ SIMULATION_ERROR = 1e-3  # Of our own runs, where a tolerance is allowed.
 TOLERANCE = {"equation": 0.0, "simulation": 0.01, "experiment": 0.05, "time": 0.01, "about": 0.11}
 """Parts of the number, by what it comes from. Words, such as "good agreement", have a range of their own."""
 NOT_JUDGED = {
-    "input": "an input of the thesis, which nothing confirms",
+    "input": "an input of the thesis, which is not judged",
     "undefined": "not defined in the thesis",
     "other": "not the quantity of the thesis",
 }
@@ -141,7 +141,7 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
     if line.corrected and any(agrees(right, case) for case in cases.values()):
         return MISPRINT, f"corrected: {line.corrected}"
     if line.span and agrees(exact_range(*line.span.split(" to ")), own):
-        return AGREES, f"within what the thesis prints for it, {line.span}"
+        return AGREES, f"within the range that the thesis prints for it, {line.span}"
     if isinstance(own, bool | str):
         return DIFFERS, ""
     # How far ours lies from the printed number, at the end that lies farther away.

@@ -136,7 +136,7 @@ def contact_length(angle: float, approach: float) -> float:
 
 
 def approach_of_ends(angle: float) -> float:
-    """Return the approach, m, at which Hertz's contact is as long as the cylinders; its length goes as the root."""
+    """Return the approach, m, at which Hertz's contact is as long as the cylinders; its length is ∝ √approach."""
     return 1e-6 * (cylinders.LENGTH / contact_length(angle, 1e-6)) ** 2
 
 

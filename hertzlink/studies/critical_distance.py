@@ -59,7 +59,7 @@ class Pair:
         return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4))
 
     def plate(self, inelasticity: float) -> hl.Plate:
-        """Return a plate of the thickness that gives λ, which goes as its power −2."""
+        """Return a plate of the thickness t that gives λ, which is proportional to t⁻²."""
         thin = hl.kirchhoff_plate(1.0, 1.0, 1e-3, self.wall, hl.Supports())
         parameter = hl.theory.PlateImpact(self.bead, thin, self.speed).inelasticity
         return hl.kirchhoff_plate(1.0, 1.0, float(1e-3 * (parameter / inelasticity) ** 0.5), self.wall, hl.Supports())

@@ -89,7 +89,7 @@ def shape(beads: str) -> xr.Dataset:
 
 
 def of_speed(beads: str, impact_speed: float) -> xr.Dataset:
-    """Return figure 3.5: peak force and wave speed. Times in a Hertzian chain go as the striker speed to the −1/5."""
+    """Return figure 3.5: peak force and wave speed. Times in a Hertzian chain scale as (striker speed)^(−1/5)."""
     scale = (MESH_SPEED / impact_speed) ** 0.2
     return measure(hl.CoSimulation(chain(beads, impact_speed), None).run(UNTIL * scale, SAVE_EVERY * scale))
 

@@ -150,7 +150,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("modulus below which SSW form", CRITICAL * 1e-9)
     secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
     gap = 1e-9 * float(data.youngs_modulus.where(secondary == 0.0).min())
-    said = f"below {gap:.0f} GPa SSW part from the primary wave's tail"
+    said = f"below {gap:.0f} GPa the SSW separates from the tail of the primary wave"
     yield Number("SSW there, over the incident wave", float(secondary.interp(youngs_modulus=CRITICAL)), said)
     yield Number("steel stiffer than PTFE", STEEL.youngs_modulus / hl.PTFE.youngs_modulus, "times")
 

@@ -150,7 +150,7 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
     assert "elastic" not in " ".join([*alone.sentences, *alone.tables[0].head, *alone.tables[0].rows[0]])
     assert not any("elastic" in text.get_text() for text in alone.pictures[0].figure.axes[0].get_legend().get_texts())
     # Where AR does not settle, where it is settled at all distances, and where the record is too short.
-    unknown = "The influence of the edge is not known, as the record ends before the wave comes back"
+    unknown = "The influence of the edge is not known, because the record ends before the wave comes back"
     for bracket, far, words in (
         ([0.03, np.inf], 0.5, "At 30.00 mm the edge changes AR by more than 0.02, so greater distances are needed"),
         ([0.0, 0.01], 0.5, "From the smallest distance on, 10.00 mm, the edge changes AR by less than 0.02"),

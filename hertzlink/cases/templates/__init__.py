@@ -32,8 +32,17 @@ def write_new(kind: str, path: Path | None) -> list[str]:
     case, trace = quote(str(path)), path.with_suffix(".csv")
     texts = {path: text}
     if kind == "identify":
+        # A trace such as an oscilloscope's: a run of the case with another plate, with noise of 1 % of the peak.
+        true = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
         with collected():  # the fit warns of it
-            texts[trace] = example_trace(text)
+            run = Case(tomllib.loads(text)).changed(true).run()
+        lead, volts, random = 50e-6, 25.0, np.random.default_rng(7)
+        time, columns = np.arange(0.0, float(run.time[-1]) + lead, 0.5e-6), []
+        for sensor in (7, 13):
+            force = np.interp(time - lead, run.time.values, sensor_force(run, sensor).values, left=0.0)
+            columns.append((force + random.normal(0.0, 0.01 * force.max(), time.size)) / volts)
+        lines = [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
+        texts[trace] = "\n".join(["time (s),channel 1 (V),channel 2 (V)", *lines]) + "\n"
     for place in texts:
         if place.exists():
             raise ValueError(f"{place}: exists already; give another PATH")
@@ -42,18 +51,3 @@ def write_new(kind: str, path: Path | None) -> list[str]:
     if kind == "identify":
         return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {case} {quote(str(trace))}"]
     return [f"written: {path}", f"next: hertzlink check {case}, then hertzlink run {case}"]
-
-
-def example_trace(text: str) -> str:
-    """Return a trace such as an oscilloscope's: a run of the case with another plate, with noise of 1 % of the peak."""
-    true = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
-    run = Case(tomllib.loads(text)).changed(true).run()
-    lead, volts = 50e-6, 25.0
-    time = np.arange(0.0, float(run.time[-1]) + lead, 0.5e-6)
-    random = np.random.default_rng(7)
-    columns = []
-    for sensor in (7, 13):
-        force = np.interp(time - lead, run.time.values, sensor_force(run, sensor).values, left=0.0)
-        columns.append((force + random.normal(0.0, 0.01 * force.max(), time.size)) / volts)
-    lines = [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
-    return "\n".join(["time (s),channel 1 (V),channel 2 (V)", *lines]) + "\n"
