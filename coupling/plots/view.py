@@ -274,8 +274,8 @@ class Scene:
         for part in np.unique(self.motion.part.values).tolist():
             # Outlines at rest lie behind the body, those of the moved body in front of it.
             for moment, colour, lift in ((None, "#a0a0a0", -1e-3), (number, "black", 1e-3)):
-                if moment is None and not self.flat:
-                    continue
+                if moment is None and (not self.flat or f"{colour} {part}" in self.plotter.actors):
+                    continue  # drawn with an earlier image
                 surface = self.body(moment, part).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
                 if moment is not None:
                     self.plotter.add_mesh(
