@@ -177,7 +177,7 @@ def test_cases_estimate_the_error_of_a_run() -> None:
     assert f"bead {SENSOR} " in text
     assert "mesh: cells halved" in text
     assert "±" not in report(task, run_task(task_of(Case({**CASE, "measure": {"sensor": SENSOR}})))).text
-    with pytest.raises(Fault, match="one run"):
+    with pytest.raises(Fault, match="a single run"):
         task_of(Case({**CASE, "sweep": {"chain.beads": [12, 14]}}))
 
 
