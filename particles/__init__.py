@@ -1,1 +1,1 @@
-"""Beads, their contacts, and the chain that they form. Uses the structures room only."""
+"""Beads, their contacts, and the chains that they form. This package imports only `structures`."""

@@ -1,4 +1,4 @@
-"""The bodies of a chain: a new shape is a class like those below, with the three properties of a Bead."""
+"""The bodies of a chain. A new shape is a class like those below, with the three properties of a Bead."""
 
 from dataclasses import fields, is_dataclass
 from math import pi, sqrt
@@ -17,7 +17,7 @@ BeadLength = Annotated[float, Likely.BEAD]
 
 
 class Bead(Protocol):
-    """A body of a chain: any object with these three attributes; one whose wall bends also has `shell_flexibility`.
+    """A body of a chain: any object with these three attributes. A shell also has `shell_flexibility`.
 
     Examples
     --------
@@ -35,11 +35,11 @@ class Bead(Protocol):
 
     @property
     def surface(self) -> Surface:
-        """Material and curvatures at both of its contacts."""
+        """Material and curvatures at both contacts."""
 
 
 class _Round(Bead):
-    """What spheres and lying cylinders share."""
+    """The common properties of spheres and lying cylinders."""
 
     radius: float
     material: Material
@@ -85,7 +85,7 @@ class HollowSphere(_Round):
     Parameters
     ----------
     radius, inner_radius : float
-        Outer radius, m, and inner one, which is less.
+        Outer and inner radius, m.
     material : Material
         As in `Sphere`.
 
@@ -109,7 +109,10 @@ class HollowSphere(_Round):
 
     @property
     def shell_flexibility(self) -> float:
-        """Compliance of the wall, m/N: √(3(1 − ν²)) R/(4 E h²) less that without a cavity; R mean radius, h wall."""
+        """Compliance of the wall, m/N: √(3(1 − ν²)) R/(4 E h²), with the mean radius R and the wall thickness h.
+
+        The same formula for a sphere without a cavity is subtracted.
+        """
         wall, mean = self.radius - self.inner_radius, 0.5 * (self.radius + self.inner_radius)
         shape = mean / wall**2 - 0.5 / self.radius
         material = self.material
@@ -123,13 +126,13 @@ class Ellipsoid(Bead):
     Parameters
     ----------
     radius, length : float
-        Radius of its round section, and length of its axis of revolution, m.
+        Radius of the circular cross-section, and length of the axis of revolution, m.
     material : Material
         As in `Sphere`.
     axis : str
-        Direction of its axis of revolution: "across" the chain or "along" it.
+        Direction of the axis of revolution: "across" the chain or "along" it.
     angle : float
-        Direction of an axis across the chain, rad, about the chain's axis.
+        Angle of an axis across the chain, about the chain's axis, rad.
 
     Examples
     --------
@@ -153,7 +156,7 @@ class Ellipsoid(Bead):
 
     @property
     def surface(self) -> Surface:
-        """That of the pole if the axis lies along the chain, of the equator if across."""
+        """The surface at the pole if the axis lies along the chain, else at the equator."""
         half = self.length / 2.0
         if self.axis == "along":
             return Surface(self.material, half / self.radius**2)
@@ -191,13 +194,13 @@ class Cylinder(_Round):
         return Surface(self.material, 0.0, 1.0 / self.radius, self.angle)
 
 
-# The bodies defined here: frozen, hashable, and with checked dimensions.
+# The bodies defined here are frozen and hashable, and their dimensions are checked.
 SHAPES = (Sphere, HollowSphere, Ellipsoid, Cylinder)
-ATTRIBUTES = ("mass", "size", "surface")  # what makes an object a bead
+ATTRIBUTES = ("mass", "size", "surface")  # the attributes of a bead
 
 
 def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> Bead:
-    """Return `body`; refuse what is no Bead."""
+    """Return `body`; raise a ValueError if it is not a Bead."""
     if isinstance(body, SHAPES):
         return body
     if isinstance(body, type) or not all(hasattr(body, attribute) for attribute in ATTRIBUTES):
@@ -212,17 +215,17 @@ def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> 
 
 
 def surface_of(body: Bead | Surface) -> Surface:
-    """Return the surface of a body; a Surface itself."""
+    """Return the surface of a body, or the given Surface."""
     return body if isinstance(body, Surface) else body.surface
 
 
 def contact_modulus(first: Surface, second: Surface) -> float:
-    """Return E* of two surfaces, 1/E* = Σ(1 − ν²)/E, Pa."""
+    """Return E* of two surfaces, Pa: 1/E* = Σ(1 − ν²)/E."""
     return 1.0 / (1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus)
 
 
 def plain_data(thing: Any) -> Any:
-    """Return what describes an object in a result: its class and fields, or variables; else the object itself."""
+    """Return the description of an object in a result: its class with fields or variables, or the object itself."""
     kind: Any = type(thing)
     if isinstance(thing, np.ndarray | np.generic):
         return thing.tolist()
@@ -232,21 +235,21 @@ def plain_data(thing: Any) -> Any:
     elif is_bead:
         members = {}
     elif (callable(thing) and kind.__repr__ is not object.__repr__) or not hasattr(thing, "__dict__"):
-        return thing  # functions speak for themselves
+        return thing  # the repr() of a function describes it
     else:
-        # The variables of a variable may lead back to the object.
+        # Variables are not followed further, because they may lead back to the object.
         flat = {name: value for name, value in vars(thing).items() if name != "_table"}
         deep = np.ndarray | np.generic
         members = {k: plain_data(v) if is_dataclass(v) or isinstance(v, deep) else v for k, v in flat.items()}
-    if is_bead and kind not in (Sphere, HollowSphere, Ellipsoid, Cylinder):  # it is drawn by its size
+    if is_bead and kind not in SHAPES:  # its size is needed to draw it
         members |= {name: plain_data(getattr(thing, name)) for name in ATTRIBUTES}
-    # Several losses, and several bodies, have fields of the same names.
+    # The class is needed, because different losses, and different bodies, have fields of the same names.
     return members if isinstance(thing, Material | Surface) else {"class": kind.__qualname__} | members
 
 
 @described
 def drop_speed(height: Annotated[float, Likely.HEIGHT]) -> float:
-    """Speed of a striker after a free fall, √(2gh) with g = 9.81 m/s².
+    """Speed of a striker after a free fall: √(2gh) with g = 9.81 m/s².
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A chain of beads and what sets it in motion, as data; `MovingChain` moves it."""
+"""A chain of beads and its excitation, as data; `MovingChain` moves it."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -27,25 +27,25 @@ LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
 
 @described
 class Chain:
-    """Beads in a row, the first one struck, the last one facing a structure (Khatri's thesis, equations 1.5 to 6.1).
+    """A row of beads. The first one is struck, the last one faces a structure (Khatri's thesis, equations 1.5 to 6.1).
 
     Parameters
     ----------
     beads : sequence of Bead
-        The bodies from the struck end on, of any kind and mixed.
+        The bodies, of any kinds, starting at the struck end.
     striker : Bead or Excitation or None
-        A bead that arrives at the impact speed, or an Excitation. None: the first bead itself has that speed.
+        A bead that arrives at the impact speed, or an Excitation. None: the first bead starts at that speed.
     impact_speed : float, optional
-        Speed of the striker, m/s; of the first bead where there is none, by default 0. Left out with an Excitation.
+        Speed of the striker, m/s; without a striker, speed of the first bead, by default 0. Omit it with an Excitation.
     gravity, inclination : float
-        Gravity, m/s², and the angle to the horizontal, rad, at which the chain falls to the structure.
+        Gravity, m/s², and the angle between the horizontal and the chain, which slopes down to the structure, rad.
     dissipation : Dissipation or None
-        A loss, such as LinearDashpot, at every contact.
+        A loss at every contact, such as LinearDashpot.
     preload : float
         Static force along the chain, N: a dead load on the first bead, or the force of a Piston or structure behind it.
     law : ContactLaw or callable or YieldingLaw or None
-        One law of all contacts between bodies, or a function law(body, next body or Surface); by default `contact_law`.
-        A YieldingLaw lets all contacts yield, that with the structure too.
+        One law for all contacts between bodies, or a function law(body, next body or Surface); by default
+        `contact_law`. With a YieldingLaw all contacts yield, including that with the structure.
 
     Examples
     --------
@@ -64,19 +64,19 @@ class Chain:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "beads", tuple(listed("beads", self.beads, object, "one bead or more")))
-        # Chains repeat their beads, and a batch has thousands of chains: each bead is checked once.
+        # Each different bead is checked once: chains repeat their beads, and a batch has thousands of chains.
         places = {id(bead): place for place, bead in reversed([*enumerate(self.beads)])}
         for place in sorted(places.values()):
             check_bead(f"beads[{place}]", self.beads[place])
         if isinstance(self.striker, Excitation):
             if self.impact_speed is not None:
-                raise ValueError(f"impact_speed = {self.impact_speed!r}: the striker sets it; must be left out")
+                raise ValueError(f"impact_speed = {self.impact_speed!r}: must be omitted, as the striker sets it")
         elif self.striker is not None:
-            if id(self.striker) not in places:  # the user was warned of what is odd in a bead
+            if id(self.striker) not in places:  # beads are checked already
                 what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
                 check_bead("striker", self.striker, what)
             if self.impact_speed == 0.0:
-                raise ValueError("impact_speed = 0.0: must be a positive number of m/s; zero is for striker=None only")
+                raise ValueError("impact_speed = 0.0: must be a positive number of m/s, unless striker=None")
             Likely.SPEED.check("impact_speed", self.impact_speed)  # type: ignore[arg-type]
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(5.0)")
@@ -85,12 +85,12 @@ class Chain:
         elif not isinstance(self.law, YieldingLaw | None):
             check_contact_law("law", self.law, "None, a law such as PowerLaw(k, n), or a function of two bodies")
 
-        # What a user's own excitation or loss may have wrong.
+        # A user's own excitation or loss may be wrong.
         kind, faced = self.excitation.drive.kind, self.excitation.faces(self.beads[0])
         if (kind == FREE and self.body is None) or (kind == MOVED and faced is None):
             raise ValueError(f"striker = {self.striker!r}: must have a body if its drive is FREE, a surface if MOVED")
         if not self.impact_energy > 0.0:
-            raise ValueError(f"striker = {self.striker!r}: moves nothing")
+            raise ValueError(f"striker = {self.striker!r}: must have a positive energy")
         if self.dissipation is not None:
             coefficients_of(self.dissipation, reduced_masses(self.masses))
 
@@ -119,39 +119,39 @@ class Chain:
 
     @property
     def body(self) -> Bead | None:
-        """Body 0 of the results, the striker, if there is one."""
+        """The striker, body 0 of the results; None if there is none."""
         return self.excitation.body
 
     @property
     def speed(self) -> float:
-        """Speed at time zero, m/s, of the striker, or of the first bead where there is none."""
+        """Speed of the striker, or else of the first bead, at time zero, m/s."""
         return self.excitation.speed(self.gravity_along)
 
     @property
     def impact_energy(self) -> float:
-        """Energy of the excitation, J: the scale of steps, tolerances and of energy_error; see each `Excitation`."""
+        """Energy of the excitation, J: the scale of steps, tolerances and energy_error; see each `Excitation`."""
         return self.excitation.energy(self.beads[0].mass, self.gravity_along)
 
     @property
     def masses(self) -> Vector:
-        """The masses of striker and beads, kg; infinite where a structure, a piston or a force replaces the striker."""
+        """The masses of striker and beads, kg; infinite if a structure, a piston or a force replaces the striker."""
         return np.array([self.body.mass if self.body else inf, *(bead.mass for bead in self.beads)])
 
     @property
     def centres(self) -> Vector:
-        """Distance of the centres of striker and beads from the struck end of the first bead, m."""
+        """Distances of the centres of striker and beads from the struck end of the first bead, m."""
         sizes = np.array([bead.size for bead in self.beads])
         return np.append(-self.body.size / 2.0 if self.body else 0.0, np.cumsum(sizes) - sizes / 2.0)
 
     def describe(self) -> dict[str, Any]:
         """Return the chain as plain data, for the attributes of a result."""
-        # Chains repeat their beads; to describe each of them again takes as long as a short run.
+        # Each different bead is described once; to describe every bead takes as long as a short run.
         described = {number: plain_data(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
         plain = {field.name: plain_data(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
         return {"beads": [described[id(bead)] for bead in self.beads], **plain}
 
 
 def reduced_masses(mass: Vector) -> Vector:
-    """Return the reduced masses of the contacts of these bodies, kg; a structure or piston counts as immovable."""
+    """Return the reduced masses of the contacts of these bodies, kg. A structure or a piston counts as immovable."""
     inverse = np.append(1.0 / mass, 0.0)
     return np.asarray(1.0 / (inverse[:-1] + inverse[1:]))

@@ -1,4 +1,4 @@
-"""The contacts of chains, and all chains of a run as the compiled loops take them: one after the other, in arrays."""
+"""The contacts of chains, and all chains of a run in the arrays of the compiled loops, one after another."""
 
 from collections.abc import Callable, Sequence
 from math import inf
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Pair = tuple[Bead, Bead | Surface]
 Laws = Sequence[ContactLaw | None]
-Groups = dict[ContactLaw, Vector]  # each different law, and the numbers from zero of the contacts that have it
+Groups = dict[ContactLaw, Vector]  # for each different law the numbers, from zero, of its contacts
 
 
 def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) -> list[T | None]:
-    """Return of(pair, contact) of each contact, found once for those of the same two bodies; None where nothing is."""
+    """Return of(pair, contact) for each contact, computed once for each pair of bodies; None without a contact."""
     found: dict[tuple[int, int], T] = {}
     for i, pair in enumerate(pairs):
         if pair is not None and (id(pair[0]), id(pair[1])) not in found:
@@ -47,12 +47,12 @@ def grouped(laws: Laws) -> Groups:
 
 
 def kernel_laws(laws: Laws) -> Any:
-    """Return the contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
+    """Return the contact laws as a piece of the compiled loops: Hertz's law, tables, and the laws' own pieces."""
     others = [None if law is None or law.piece is not None else law for law in laws]
     stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
     whole: Any = Hertz(stiffness)
 
-    # Equal laws have one table, and some that differ share theirs; those with Hertz's shape have none.
+    # Equal laws have the same table, some different laws share one, and laws of Hertz's shape have none.
     table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
     if table_of:
         tables = list({id(table): table for table in table_of.values()}.values())
@@ -68,26 +68,8 @@ def kernel_laws(laws: Laws) -> Any:
     return whole
 
 
-def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
-    """Return the contacts that yield as a piece of the compiled loops."""
-    yields = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
-    different = [*dict.fromkeys(filter(None, yields))]
-    tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
-    starts = np.cumsum([0, *map(len, tables)])
-    first = [0 if contact is None else 2 * different.index(contact) for contact in yields]
-    return Yielding(
-        stiffness,
-        np.array([NEVER if contact is None else contact.overlap for contact in yields]),
-        np.array([0.0 if contact is None else contact.yield_force for contact in yields]),
-        starts[first],
-        starts[np.add(first, 1)],
-        np.concatenate(tables),
-        *np.zeros((3, 0)),
-    )
-
-
 def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
-    """Return what contacts that were pressed so far (m) remember, one array after the other; see `Yielding`."""
+    """Return the memory of contacts after their largest overlaps, m: limits, stiffnesses, dents; see `Yielding`."""
     limit, hard, dent = np.full(stiffness.size, NEVER), stiffness.copy(), np.zeros(stiffness.size)
     for i, contact in enumerate(contacts):
         if contact is not None and contact.overlap < inf:
@@ -99,7 +81,7 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
 
 
 def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
-    """Return the laws' own cautions, and those where the greatest approaches, m, are beyond what a law is good for."""
+    """Return the laws' own cautions, and those for greatest approaches, m, beyond the range of a law."""
     remarks = {f"contact law: {law.caution}": None for law in groups if law.caution}
     beyond = []
     for law, contacts in groups.items():
@@ -107,25 +89,25 @@ def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
         if deepest[worst] > law.largest:
             beyond.append(
                 f"contact law: the approach of {readable(float(deepest[worst]), 'm')} at contact {worst + 1} is beyond "
-                f"{readable(law.largest, 'm')}, up to which its law ({law.name}) is trusted"
+                f"{readable(law.largest, 'm')}, the limit of its law ({law.name})"
             )
         if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > 1e-4:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
-                "give a law that is smooth, at least over a thirtieth of its approach"
+                "give a law that is smooth over a thirtieth of its approach"
             )
     return list(remarks), beyond
 
 
 def joined(chains: Sequence["MovingChain"]) -> Chains:
-    """Return chains as the compiled loops take them; surfaces count by chain, the last bead's before the first's."""
+    """Return chains for the compiled loops. Surfaces are numbered by chain, that at the last bead first."""
     mass = np.concatenate([chain.mass for chain in chains])
     first = np.cumsum([0, *(chain.mass.size for chain in chains)])
     present = np.concatenate([[law is not None for law in chain.laws] for chain in chains])
     free = np.isfinite(mass)
     along = np.concatenate([np.full(chain.mass.size, chain.chain.gravity_along) for chain in chains])
 
-    # What the ends face.
+    # The surfaces at the ends.
     has_behind = np.array([chain.behind is not None for chain in chains])
     facing = np.cumsum(1 + has_behind) - 1 - has_behind
     wall, spring = np.full(mass.size, -1), np.zeros(mass.size)
@@ -142,15 +124,32 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
     losses = [(chain.chain.dissipation, chain.reduced_mass) for chain in chains]
     own = [chain.vibrations for chain in chains]
     modes = max(one.struck.shape[1] for one in own)
-    # Modes that a body does not have rest.
+    # Bodies with fewer modes have additional ones that do not move.
     *of_modes, cross = zip(*own, strict=True)
     wide = ([np.pad(array, ((0, 0), (0, modes - array.shape[1]))) for array in arrays] for arrays in of_modes)
     on_bodies = any(loss is not None and loss.piece == "bodies" for loss, _ in losses)
+
+    # The drives. The history of a piston starts at its static position.
+    drives = [chain.chain.excitation.drive for chain in chains]
+    kinds, spring = np.array([drive.kind for drive in drives]), np.array([float(drive.spring) for drive in drives])
+    loads = np.array([chain.dead_load for chain in chains])
+    histories = [np.array(drive.history, dtype=float) for drive in drives]
+    for history, place in zip(histories, ends["rest"] * (kinds == MOVED), strict=True):
+        history[1] += place
+    drive = Drives(
+        (kinds != FREE) | (spring != 0.0) | (loads != 0.0),
+        kinds,
+        np.cumsum([0, *(history.shape[1] for history in histories)]),
+        np.concatenate(histories, axis=1),
+        loads,
+        spring,
+        ends["rest"] + [drive.left for drive in drives],
+    )
     return Chains(
         DampedVerlet() if modes or on_bodies else Verlet(),
         _law(chains),
         kernel_losses(losses, present, free),
-        _drive(chains),
+        drive,
         Vibrations(*map(np.concatenate, [*wide, cross])),
         1.0 / mass,
         np.where(free, along, 0.0),
@@ -161,47 +160,39 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
 
 
 def _law(chains: Sequence["MovingChain"]) -> Any:
-    """Return the laws of all contacts as a piece; the memory of contacts that yield lies in the coordinates."""
+    """Return the laws of all contacts as a piece; the coordinates hold the memory of yielding contacts."""
     laws = [law for chain in chains for law in chain.local_laws]
     yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
     if not yields.any():
         return kernel_laws(laws)
-    yielding = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
-    own = kernel_yielding(yielding, np.concatenate([chain.stiffness for chain in chains]))
+    contacts = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
+    yielding = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
+    different = [*dict.fromkeys(filter(None, yielding))]
+    tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
+    starts = np.cumsum([0, *map(len, tables)])
+    first = [0 if contact is None else 2 * different.index(contact) for contact in yielding]
+    own = Yielding(
+        np.concatenate([chain.stiffness for chain in chains]),
+        np.array([NEVER if contact is None else contact.overlap for contact in yielding]),
+        np.array([0.0 if contact is None else contact.yield_force for contact in yielding]),
+        starts[first],
+        starts[np.add(first, 1)],
+        np.concatenate(tables),
+        *np.zeros((3, 0)),
+    )
     if yields.all():
         return own
     others = kernel_laws([None if does else law for does, law in zip(yields, laws, strict=True)])
     return Mixed(own, others, yields)
 
 
-def _drive(chains: Sequence["MovingChain"]) -> Drives:
-    """Return what drives the chains."""
-    drives = [chain.chain.excitation.drive for chain in chains]
-    loads = np.array([chain.dead_load for chain in chains])
-    rest = np.array([float(chain.rest[0]) for chain in chains])
-    kinds = np.array([drive.kind for drive in drives])
-    histories = [np.array(drive.history, dtype=float) for drive in drives]
-    for history, place in zip(histories, rest * (kinds == MOVED), strict=True):
-        history[1] += place
-    spring = np.array([float(drive.spring) for drive in drives])
-    return Drives(
-        (kinds != FREE) | (spring != 0.0) | (loads != 0.0),
-        kinds,
-        np.cumsum([0, *(history.shape[1] for history in histories)]),
-        np.concatenate(histories, axis=1),
-        loads,
-        spring,
-        rest + [drive.left for drive in drives],
-    )
-
-
 def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
-    """Return the steps of each chain in a window, and how far the motion of its surface reaches, as records PACE.
+    """Return the steps of each chain in a window, and the first body that its surface can reach, as records PACE.
 
-    With velocity Verlet neighbours act on each other, so a step passes on the motion of the surface by one body. All
-    trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks; its
-    velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that all
-    are moved again; so are those of a chain with a structure behind. A drive moves the first two bodies together.
+    Velocity Verlet lets neighbours act on each other, so each step passes the motion of the surface on by one body. All
+    trials begin with the surface at the same place, so its motion reaches the last body at the second of the steps + 1
+    kicks, or at the first if losses depend on its velocity. All bodies are moved again if contacts yield, because these
+    remember a trial, or if a structure stands behind the chain. A drive moves the first two bodies together.
     """
     pace = np.zeros(len(steps), PACE)
     pace["steps"], pace["reached"] = steps, model.ends["striker"]
@@ -214,9 +205,9 @@ def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
 
 
 def coordinates(chains: Sequence["MovingChain"], model: Chains) -> tuple[list[Any], int]:
-    """Return where each chain's own coordinates, see ChainState, are among those of all, and the number of all.
+    """Return the places of each chain's coordinates (see ChainState) among those of all chains, and their number.
 
-    Those of all are the bodies of all chains, then their modes, then what contacts remember.
+    The coordinates of all chains are those of the bodies, then of their modes, then the memory of the contacts.
     """
     (bodies, modes), remembers = model.vibrations.struck.shape, any(chain.yielding for chain in chains)
     moving = bodies * (1 + modes)

@@ -1,4 +1,4 @@
-"""Losses of energy in a chain: at all contacts, where they keep momentum, or on all bodies."""
+"""Losses of energy in a chain: at all contacts, where they conserve momentum, or on all bodies."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from structures.described import described
 from structures.quantities import OneOf, Quantity, Time
 from structures.structure import Vector
 
-# The forms of a loss: at a contact, in the order of `particles.kernels.losses`, and on bodies.
+# The forms of a loss at a contact, in the order of `particles.kernels.losses`, and all forms with those on bodies.
 CONTACT_PIECES = "dashpot", "tangent", "secant"
 FORMS = *CONTACT_PIECES, "bodies", "drag"
 
@@ -22,10 +22,10 @@ FORMS = *CONTACT_PIECES, "bodies", "drag"
 class Dissipation(ABC):
     """A loss of energy. Derive a class from it for a loss of your own.
 
-    A subclass gives the coefficients c, and names the form of the force. With the approach rate δ̇ and the elastic force
-    F, a closed contact has the force c δ̇^α ("dashpot"), c F′ δ̇^α ("tangent") or c √((F′ + F/δ)/2) δ̇^α ("secant").
-    "bodies" is the thesis's equation 4.1, and "drag" a force c m v on each body. A form of your own is a NamedTuple
-    with the static method `with_loss`, see docs/extending.md.
+    A subclass defines the coefficients c and names the form of the force. With the approach rate δ̇ and the elastic
+    force F, a closed contact has the force c δ̇^α ("dashpot"), c F′ δ̇^α ("tangent") or c √((F′ + F/δ)/2) δ̇^α ("secant").
+    "bodies" is equation 4.1 of the thesis, and "drag" is a force c m v on each body. A form of your own is a NamedTuple
+    with the static method `with_loss`; see docs/extending.md.
 
     Examples
     --------
@@ -33,7 +33,7 @@ class Dissipation(ABC):
     True
     """
 
-    piece: str | type  # form of the force
+    piece: str | type  # the form of the force
 
     @property
     def exponent(self) -> float:
@@ -42,36 +42,36 @@ class Dissipation(ABC):
 
     @abstractmethod
     def coefficients(self, mass: Vector) -> Vector:
-        """Return the coefficient c at each contact, from the reduced masses (kg) of the bodies that collide there."""
+        """Return the coefficient c of each contact from the reduced masses of its bodies, kg."""
 
     def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
-        """Return how fast the loss would stop each contact, 1/s, which limits the step.
+        """Return the rate at which the loss would stop each contact, 1/s; it limits the step.
 
-        mass: reduced masses, kg. tangent, secant: F′ and F/δ of contacts that hold all energy, N/m. speed: of bodies,
-        m/s. The default is for the forms above. A piece of your own returns the slope of its force by the rate over
-        the mass.
+        mass: reduced masses, kg. tangent, secant: F′ and F/δ of contacts that hold all energy, N/m. speed: speed of the
+        bodies, m/s. The default suits the forms above. For a piece of your own, return the derivative of its force with
+        respect to the approach rate, divided by the mass.
         """
-        # Of "bodies", a body has two contacts, and each contact joins two bodies.
-        grown: dict[Any, Any] = {"tangent": tangent, "secant": np.sqrt(0.5 * (tangent + secant)), "bodies": 4.0}
-        rates: Vector = coefficients_of(self, mass) * grown.get(self.piece, 1.0) * speed ** (self.exponent - 1.0)
+        # 4 for "bodies": a body has two contacts, and each contact joins two bodies.
+        factor: dict[Any, Any] = {"tangent": tangent, "secant": np.sqrt(0.5 * (tangent + secant)), "bodies": 4.0}
+        rates: Vector = coefficients_of(self, mass) * factor.get(self.piece, 1.0) * speed ** (self.exponent - 1.0)
         return rates if self.piece == "drag" else rates / mass
 
 
-class _Even(Dissipation):
-    """A loss whose first field is the coefficient of every contact."""
+class _Uniform(Dissipation):
+    """A loss with the same coefficient at every contact: its first field."""
 
     def coefficients(self, mass: Vector) -> Vector:
         return np.full_like(mass, getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
 
 
 @described
-class LinearDashpot(_Even):
-    """A force γ dδ/dt in addition to the elastic one while beads touch (Khatri's thesis, equation 6.1).
+class LinearDashpot(_Uniform):
+    """A force γ dδ/dt in addition to the elastic force while beads touch (Khatri's thesis, equation 6.1).
 
     Parameters
     ----------
     coefficient : float
-        γ, N s/m. The thesis gives no value; 4 to 6 reproduces its amplitude ratios on steel.
+        γ, N s/m. The thesis gives no value; 4 to 6 N s/m reproduces its amplitude ratios on steel.
 
     Examples
     --------
@@ -83,8 +83,8 @@ class LinearDashpot(_Even):
 
 
 @described
-class PowerDashpot(_Even):
-    """A viscous force that grows as a power of a rate (Khatri's thesis, equation 4.1; see docs/theory.md).
+class PowerDashpot(_Uniform):
+    """A viscous force proportional to a power of the rate (Khatri's thesis, equation 4.1; see docs/theory.md).
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class PowerDashpot(_Even):
     exponent : float
         α, from 1 to 5.
     form : str
-        "pairwise": against the rate of each contact. "thesis": on each bead, by the difference of the rates at both.
+        "pairwise": by the rate of each contact. "thesis": on each bead, by the difference of the rates at its contacts.
 
     Examples
     --------
@@ -110,7 +110,7 @@ class PowerDashpot(_Even):
 
 
 @described
-class MassProportional(_Even):
+class MassProportional(_Uniform):
     """A drag −α₁ m v on every bead and the striker (Khatri's thesis, equation 4.4). Momentum is lost.
 
     Parameters
@@ -128,8 +128,8 @@ class MassProportional(_Even):
 
 
 @described
-class KuwabaraKono(_Even):
-    """A force τ dF/dt beside the elastic F: viscoelastic spheres (Kuwabara, Kono, Jpn. J. Appl. Phys. 26 (1987) 1230).
+class KuwabaraKono(_Uniform):
+    """A force τ dF/dt added to the elastic F: viscoelastic spheres (Kuwabara, Kono, Jpn J. Appl. Phys. 26 (1987) 1230).
 
     Parameters
     ----------
@@ -147,9 +147,9 @@ class KuwabaraKono(_Even):
 
 @described
 class Tsuji(Dissipation):
-    """A force α √(m k) δ^¼ dδ/dt, m the reduced mass (Tsuji, Tanaka and Ishida, Powder Technol. 71 (1992) 239).
+    """A force α √(m k) δ^¼ dδ/dt with the reduced mass m (Tsuji, Tanaka and Ishida, Powder Technol. 71 (1992) 239).
 
-    The restitution of a collision does not depend on its speed. For other laws than Hertz's δ^¼ √k becomes
+    The restitution of a collision does not depend on its speed. For laws that are not Hertz's, δ^¼ √k is replaced by
     √[(dF/dδ + F/δ)/2.5].
 
     Parameters
@@ -171,12 +171,12 @@ class Tsuji(Dissipation):
 
 @described
 class Restitution(Dissipation):
-    """Tsuji's law for a coefficient of restitution (Antypov and Elliott, EPL 94 (2011) 50004).
+    """Tsuji's loss for a coefficient of restitution (Antypov and Elliott, EPL 94 (2011) 50004).
 
     Parameters
     ----------
     coefficient : float
-        e, rebound over approach speed of two bodies, from 0.01 to 1, at any speed.
+        e, the ratio of rebound speed to approach speed of two bodies, from 0.01 to 1.
 
     Examples
     --------
@@ -192,7 +192,7 @@ class Restitution(Dissipation):
 
     @property
     def damping_ratio(self) -> float:
-        """ζ of e = exp(−2θ/tan θ) with cos θ = ζ; θ is imaginary where ζ > 1."""
+        """ζ from e = exp(−2θ/tan θ) with cos θ = ζ; θ is imaginary if ζ > 1."""
         from scipy.optimize import brentq
 
         def decay(ratio: float) -> float:
@@ -205,7 +205,7 @@ class Restitution(Dissipation):
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
-    """Return the coefficients of a loss at contacts of these reduced masses, kg; refuses wrong ones."""
+    """Return the coefficients of a loss for these reduced masses, kg; raise a ValueError if they are not valid."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
     if piece not in FORMS and getattr(piece, "_fields", ("",))[0] != "coefficient":
         raise ValueError(f"{name}.piece = {short(piece)}: must be {', '.join(FORMS)} or a NamedTuple with with_loss")
@@ -213,13 +213,15 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     numbers = np.array(answer)
     right = numbers.dtype.kind in "fiu" and numbers.shape == mass.shape
     if not right or not np.all((numbers >= 0.0) & (numbers < np.inf)):
-        raise ValueError(f"{name}.coefficients = {short(answer)}: must be {mass.size} finite numbers, none negative")
+        raise ValueError(f"{name}.coefficients = {short(answer)}: must be {mass.size} finite numbers of zero or more")
     return numbers.astype(float)
 
 
 def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: Vector, free: Vector) -> Any:
-    """Return the losses of chains as a piece: of each its loss and reduced masses; present: whether there is a contact;
-    free: whether the body behind it moves freely."""
+    """Return the losses of chains as a piece. losses: for each chain, its loss and its reduced masses, kg.
+
+    present: whether there is a contact. free: whether the body behind it moves freely.
+    """
     given = [loss for loss, _ in losses if loss is not None]
     if not given:
         return NoLoss()
@@ -241,7 +243,7 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
             coefficient[place] = at_contacts
             form[place] = CONTACT_PIECES.index(loss.piece) if loss.piece in CONTACT_PIECES else 0
 
-    # The numbers of a user's own piece behind its coefficient are the same for all contacts.
+    # A user's own piece has one coefficient for each contact; its other numbers are the same for all contacts.
     pieces: list[Any] = [loss.piece for loss in given if not isinstance(loss.piece, str)]
     if not pieces:
         return Losses(coefficient, exponent, form, drag_rate, on_body)
@@ -249,5 +251,5 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
         tuple(getattr(loss, name) for name in pieces[0]._fields[1:]) for loss in given if loss.piece == pieces[0]
     }
     if len(numbers) > 1 or any(loss.piece != pieces[0] for loss in given):
-        raise ValueError("dissipation: the chains of a run must have one loss with a piece of its own, or none")
+        raise ValueError("dissipation: must be the same in all chains of a run if it has a piece of its own")
     return pieces[0](coefficient, *numbers.pop())

@@ -1,4 +1,4 @@
-"""What sets a chain in motion: a free striker, a first bead with a speed, a spring, a force history, a motion."""
+"""Excitations of a chain: a striker, a first bead with a speed, a spring, a force history, or a motion."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ from structures.quantities import Coordinate, Force, Likely, Moment
 from structures.structure import Vector
 from structures.surface import Surface
 
-STILL = 1e-2  # m/s, the scale of speeds in a chain that is at rest
+STILL = 1e-2  # m/s, the scale of speeds in a chain at rest
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """An excitation as the compiled loops know it."""
+    """An excitation in the form for the compiled loops."""
 
-    kind: int  # what body 0 is: FREE, PUSHED, MOVED or STEADY of `particles.kernels.drives`
+    kind: int  # FREE, PUSHED, MOVED or STEADY of `particles.kernels.drives`
     history: Any = ((0.0,),) * 3  # 3 × n: times from 0 s, values (N or m) and rates
-    spring: float = 0.0  # N/m, pushes body 0 until `left` (m) of its compression is gone
+    spring: float = 0.0  # N/m; the spring pushes body 0 until its compression `left`, m, is used up
     left: float = 0.0
 
     def __post_init__(self) -> None:
@@ -33,12 +33,14 @@ class Drive:
         right = history.ndim == 2 and len(history) == 3 and history.size > 0 and np.isfinite(history).all()
         rising = right and history[0, 0] == 0.0 and np.all(np.diff(history[0]) > 0.0)
         if self.kind not in (FREE, PUSHED, MOVED, STEADY) or not rising:
-            raise ValueError(f"Drive({self.kind!r}, {short(self.history)}): must have a kind, and a history of 3 × n")
+            raise ValueError(
+                f"Drive({self.kind!r}, {short(self.history)}): must have a valid kind, and a history of 3 × n numbers"
+            )
         object.__setattr__(self, "history", history)
 
 
 class Excitation(ABC):
-    """What sets a chain in motion. A subclass for an excitation of your own defines `drive` and `energy`.
+    """The cause of a chain's motion. A subclass for an excitation of your own defines `drive` and `energy`.
 
     Examples
     --------
@@ -46,29 +48,29 @@ class Excitation(ABC):
     True
     """
 
-    body: Bead | None = None  # body 0 of the results, a striker that moves freely
+    body: Bead | None = None  # a striker that moves freely, body 0 of the results
 
     @property
     @abstractmethod
     def drive(self) -> Drive:
-        """Its form in the compiled loops."""
+        """The excitation in the form for the compiled loops."""
 
     @abstractmethod
     def energy(self, mass: float, gravity: float) -> float:
         """Return the energy, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
 
     def speed(self, gravity: float) -> float:
-        """Return the speed at time zero, m/s, of the body, or of the first bead where there is none."""
+        """Return the speed of the striker, or else of the first bead, at time zero, m/s."""
         return 0.0
 
     def faces(self, bead: Bead) -> Surface | None:
-        """Return what the first bead touches where there is no body; None where a force acts on it instead."""
+        """Return the surface that the first bead touches without a striker; None if a force acts on it instead."""
         return None
 
 
 @dataclass(frozen=True)
 class Impact(Excitation):
-    """A bead that arrives at a speed, m/s; without one the first bead starts at that speed, which may be zero."""
+    """A bead that arrives at a speed, m/s. Without a bead, the first bead starts at that speed, which may be zero."""
 
     body: Bead | None = None
     impact_speed: float = 0.0
@@ -88,16 +90,16 @@ class Impact(Excitation):
 
 @described
 class SpringLoaded(Excitation):
-    """A striker that a massless spring throws at the first bead (Khatri's thesis, section 6.3).
+    """A striker that a massless spring shoots at the first bead (Khatri's thesis, section 6.3).
 
     Parameters
     ----------
     striker : Bead
-        The body that is thrown, body 0 of the results. Time zero is its first contact.
+        The striker, body 0 of the results. Time zero is its first contact.
     stiffness, compression : float
         The spring's stiffness, N/m, and its compression when it is released, m.
     travel : float, optional
-        Distance from the striker to the first bead, m; by default the compression. Beyond it the striker flies.
+        Distance from the striker to the first bead, m; by default the compression. If it is longer, the striker flies.
 
     Examples
     --------
@@ -132,7 +134,7 @@ class SpringLoaded(Excitation):
         spring = self.stiffness * (self.compression**2 - self.left**2) / self.striker.mass
         square = spring + 2.0 * gravity * float(self.travel or 0.0)
         if square <= 0.0:
-            raise ValueError(f"stiffness = {self.stiffness!r}: too weak a spring for the striker to reach the chain")
+            raise ValueError(f"stiffness = {self.stiffness!r}: must be larger, as the striker does not reach the chain")
         return sqrt(square)
 
     def energy(self, mass: float, gravity: float) -> float:
@@ -140,7 +142,7 @@ class SpringLoaded(Excitation):
 
 
 class _History(Excitation):
-    """Values over time by monotone cubics through points. A subclass names its values, and their unit."""
+    """Values over time, interpolated by monotone cubics. A subclass names its values and their unit."""
 
     time: Sequence[float]
     kind: int
@@ -153,7 +155,7 @@ class _History(Excitation):
             object.__setattr__(self, name, tuple(finite(name, number, unit) for number in numbers))
         steps, values = np.diff(self.time), getattr(self, self.values)
         if not steps.size or self.time[0] != 0.0 or steps.min() <= 0.0 or len(values) != len(self.time):
-            raise ValueError(f"time = {short(self.time)}: must increase from 0 s, as many as of {self.values}")
+            raise ValueError(f"time = {short(self.time)}: must increase from 0 s, with one time for each {self.values}")
         Likely.TIME.warn(type(self).__name__, "time[-1]", self.time[-1])
 
     def __repr__(self) -> str:
@@ -174,12 +176,12 @@ class _History(Excitation):
 
 @described
 class PushedBead(_History):
-    """A force history on the first bead in place of a striker; contact 1 of the results is this force.
+    """A force history on the first bead instead of a striker; contact 1 of the results is this force.
 
     Parameters
     ----------
     time, force : sequence of float
-        Times from zero, s, and as many forces, N. Monotone cubics run between them, and the last force stays.
+        Times from zero, s, and as many forces, N. Monotone cubics interpolate them, and the last force remains.
 
     Examples
     --------
@@ -191,7 +193,7 @@ class PushedBead(_History):
     kind, values, unit = PUSHED, "force", "N"
 
     def energy(self, mass: float, gravity: float) -> float:
-        """As of a bead with the history's impulse."""
+        """Return the energy of the first bead with the impulse of the history."""
         times, values, _ = self.history
         impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
         impulse = impulse or float(np.abs(values).max() * times[-1])
@@ -200,14 +202,14 @@ class PushedBead(_History):
 
 @described
 class Piston(_History):
-    """A rigid piston behind the first bead; at rest it holds a preloaded chain in its place.
+    """A rigid piston behind the first bead; at rest it holds a preloaded chain.
 
     Parameters
     ----------
     time, displacement : sequence of float
         Times, s, and displacements towards the chain, m, both from zero, as in `PushedBead`.
     surface : Surface, optional
-        Surface of the piston; by default a flat of the first bead's material.
+        Surface of the piston; by default a plane of the first bead's material.
 
     Examples
     --------
@@ -223,10 +225,10 @@ class Piston(_History):
         super().__post_init__()
         Likely.WAY.warn("Piston", "max |displacement|", max(map(abs, self.displacement)))
         if self.displacement[0] != 0.0:
-            raise ValueError(f"displacement: must start from 0 m, not {self.displacement[0]!r}")
+            raise ValueError(f"displacement[0] = {self.displacement[0]!r}: must be 0 m")
 
     def energy(self, mass: float, gravity: float) -> float:
-        """As of the first bead at twice the greatest speed."""
+        """Return the energy of the first bead at twice the greatest speed of the piston."""
         times, values, rates = self.history
         fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2

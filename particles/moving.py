@@ -24,17 +24,17 @@ from structures.checks import instance, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
 
-# Steps in the shortest contact's duration. Verlet then keeps the energy to 1e-6 of the striker's (tests).
+# Steps in the duration of the shortest contact, for an energy error of 1e-6 of the striker's energy (tests).
 STEPS_PER_CONTACT = 1800
-# Steps in the time in which the strongest loss would stop a contact; matters for soft, small, sticky beads only.
+# Steps in the time in which the strongest loss would stop a contact; only soft, small beads with strong losses need it.
 STEPS_PER_DAMPING = 40
 TINY = float(np.finfo(float).tiny)
 
 
 class ChainState(NamedTuple):
-    """The motion of striker, or the surface behind, and beads."""
+    """The motion of the striker, or of the surface behind, and of the beads."""
 
-    position: Vector  # m, from touching, unloaded beads; behind it what contacts that yield remember
+    position: Vector  # m, from touching, unloaded beads; then the memory of contacts that yield
     velocity: Vector  # m/s
     lost: float = 0.0  # energy lost so far, J
     time: float = 0.0  # s from the first contact
@@ -45,7 +45,7 @@ T = TypeVar("T")
 
 
 def fact(make: Callable[[Any], T]) -> cached_property[T]:
-    """Return a property that is made once for chains that differ in the impact speed only; as a decorator."""
+    """Return a property that is computed once for chains that differ only in the impact speed; use as a decorator."""
 
     @wraps(make)
     def of_chain(chain: Any) -> T:
@@ -56,7 +56,7 @@ def fact(make: Callable[[Any], T]) -> cached_property[T]:
 
 @lru_cache(maxsize=64)
 def known_facts(*parts: Any) -> dict[str, Any]:
-    """Return the facts of chains with equal parts and loads, which they fill: a batch has thousands."""
+    """Return the common facts of chains with equal parts and loads, which the chains fill; a batch has thousands."""
     return {}
 
 
@@ -69,13 +69,13 @@ class MovingChain:
     chain : Chain
         The chain.
     surface, behind : Surface or None
-        What the last bead faces, and what the first one faces in the place of a striker, as body 0; None for nothing.
+        The surface that the last bead faces, and one that takes the place of the striker, body 0; None for no surface.
     flexibility, behind_flexibility : float
-        Massless springs behind these contacts, m/N.
+        Flexibilities of massless springs behind these contacts, m/N.
     dt, fineness : float, optional
-        The longest step, s, by default from the shortest contact time; else a factor of the number of steps.
+        The longest step, s, by default from the shortest contact time; and a factor of that default number of steps.
     impact_energy : float, optional
-        Scale of steps and tolerances, J; by default the chain's own.
+        Energy scale of steps and tolerances, J; by default the chain's own.
 
     Examples
     --------
@@ -99,30 +99,32 @@ class MovingChain:
         if isinstance(law := self.chain.law, ContactLaw) and unchanging(law) is not law:
             object.__setattr__(self, "chain", replace(self.chain, law=unchanging(law)))
         if self.behind is not None and self.chain.excitation.drive.kind in (FREE, MOVED):
-            raise ValueError(f"striker = {short(self.chain.striker)}: must be None or a PushedBead with one behind")
-        _ = self.rest  # the equilibrium refuses what is wrong with loads, laws and bodies
+            raise ValueError(
+                f"striker = {short(self.chain.striker)}: must be None or a PushedBead if a structure stands behind"
+            )
+        _ = self.rest  # the equilibrium checks loads, laws and bodies
         deepest = self._deepest_alone
         for name, contact in (("flexibility", -1), ("behind_flexibility", 0)):
             flexibility = getattr(self, name)
             if (excess := -flexibility * float(self._tangent(deepest)[contact])) >= 1.0:
                 raise ValueError(
-                    f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than the "
-                    f"patch; give the structure a patch_radius at least {ceil(100.0 * excess) / 100.0:g} times as large"
+                    f"{name} = {flexibility!r}: must be less negative, as this contact is wider than the patch; give "
+                    f"the structure a patch_radius at least {ceil(100.0 * excess) / 100.0:g} times as large"
                 )
         if self.dt is not None:
             object.__setattr__(self, "dt", positive("dt", self.dt, "s"))
             if self.dt > (most := self.stable_step):
-                raise ValueError(f"dt = {self.dt!r}: too large for a stable step; must be below {most:.3g} s")
+                raise ValueError(f"dt = {self.dt!r}: must be below {most:.3g} s for a stable step")
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return a fact that does not depend on the impact speed, made once for chains that differ in nothing else."""
+        """Return a fact that does not depend on the impact speed; it is computed once for otherwise equal chains."""
         if name not in self.shared:
             self.shared[name] = make()
         return self.shared[name]
 
     @cached_property
     def shared(self) -> dict[str, Any]:
-        """The facts of an earlier chain that differs in its speed alone; objects of a user's classes may change."""
+        """The facts shared with chains that differ only in speed, unless there are objects of a user's classes."""
         chain = self.chain
         parts = (*chain.beads, chain.striker, chain.body, chain.law, chain.dissipation)
         loads = chain.impact_speed is None, chain.gravity, chain.inclination, chain.preload
@@ -132,7 +134,7 @@ class MovingChain:
 
     @fact
     def mass(self) -> Vector:
-        """The masses of striker and beads, kg; infinite where a structure, a piston or a force replaces the striker."""
+        """The masses of striker and beads, kg; infinite if a structure, a piston or a force replaces the striker."""
         return self.chain.masses
 
     @fact
@@ -142,7 +144,7 @@ class MovingChain:
 
     @fact
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
-        """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""
+        """The bodies that touch at each contact; None if a force replaces the contact, or if there is none."""
         chain, first = self.chain, self.chain.beads[0]
         faced = self.behind if self.behind is not None else chain.excitation.faces(first)
         struck: contacts.Pair | None = (first, faced) if faced is not None else None
@@ -151,7 +153,7 @@ class MovingChain:
 
     @fact
     def laws(self) -> tuple[ContactLaw | None, ...]:
-        """The law of each contact, before it yields: the user's, or that of `law_between`; None without contact."""
+        """The law of each contact before it yields: the user's, or that of `law_between`; None without a contact."""
         given = None if isinstance(self.chain.law, YieldingLaw) else self.chain.law
 
         def between(pair: contacts.Pair, _: int) -> ContactLaw:
@@ -165,37 +167,37 @@ class MovingChain:
         return tuple(contacts.once_per_pair(self.pairs, between))
 
     def law_between(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
-        """Return the law of two bodies where the user gives none."""
+        """Return the law of two bodies for which the user gives none."""
         return law_of_bodies(bead, facing)
 
     @property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
-        """The same as the kernels take them."""
+        """The laws for the compiled loops."""
         return self.laws
 
     @property
     def stiffness(self) -> Vector:
-        """k of each contact, N/mⁿ; zero where there is none, one where the law is a table."""
+        """k of each contact, N/mⁿ; zero without a contact, one if the law is a table."""
         return np.array([law.kernel[0] if law else 0.0 for law in self.local_laws])
 
     @fact
     def yielding(self) -> tuple[YieldingContact | None, ...] | None:
-        """How each contact yields, if it does; None for a chain whose law is no YieldingLaw."""
+        """The yielding of each contact, or None if it does not yield; None if the chain has no YieldingLaw."""
         if not isinstance(law := self.chain.law, YieldingLaw):
             return None
         yielding = contacts.once_per_pair(self.pairs, lambda pair, i: law.contact(*pair, self.laws[i]))
         if not any(yielding):
-            raise ValueError(f"law = {law!r}: no material of the chain has a yield strength; give yield_strength")
+            raise ValueError(f"law = {law!r}: must have a yield_strength, as no material of the chain has one")
         return tuple(yielding)
 
     @fact
     def model(self) -> kernels.Chains:
-        """The chain as the compiled loops take it."""
+        """The chain in the form for the compiled loops."""
         return joined([self])
 
     @property
     def vibrations(self) -> Vibrations:
-        """The vibrations of the bodies as the compiled loops take them; none, as they are rigid."""
+        """The vibrations of the bodies for the compiled loops; there are none, because the bodies are rigid."""
         none = np.zeros((self.mass.size, 0))
         return Vibrations(none, none, none, none, np.zeros(self.mass.size))
 
@@ -204,22 +206,22 @@ class MovingChain:
         """The different laws and their contacts."""
         groups = contacts.grouped(self.laws)
         if not groups:
-            raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
+            raise ValueError("beads: must have a contact, but a single bead without a striker faces nothing")
         return groups
 
     def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
-        """Return what `of` gives for each law and its contacts; zero where there is no contact."""
+        """Return the values of `of` for each law and its contacts; zero without a contact."""
         values = np.zeros(len(self.laws))
         for law, which in self.groups.items():
             values[which] = of(law, which)
         return values
 
     def _tangent(self, approach: Vector) -> Vector:
-        """Return the tangent of each contact, N/m, at an approach of each, m."""
+        """Return the tangent of each contact, N/m, at its approach, m."""
         return self._over_contacts(lambda law, i: law.tangent(approach[i]))
 
     def approach(self, force: Vector) -> Vector:
-        """Return the approach of each contact, m, at a force on each, N, without losses; as it is first loaded."""
+        """Return the approach of each contact, m, at its force, N, without losses, on first loading."""
         overlap = self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
         for i, contact in enumerate(self.yielding or ()):
             if contact is not None and force[i] > contact.yield_force:
@@ -227,22 +229,22 @@ class MovingChain:
         return overlap
 
     def force(self, approach: Vector) -> Vector:
-        """Return the force of each contact, N, at an approach of each, m, without losses and springs."""
+        """Return the force of each contact, N, at its approach, m, without losses and springs."""
         return self._over_contacts(lambda law, i: law.force(np.maximum(approach[i], 0.0)))
 
     @property
     def dead_load(self) -> float:
-        """What presses on the first bead where nothing there bears the preload, N."""
+        """The preload, N, as a dead load on the first bead; zero if a piston or a structure bears it."""
         borne = self.behind is not None or self.chain.excitation.drive.kind == MOVED
         return 0.0 if borne else self.chain.preload
 
     @fact
     def static_force(self) -> Vector:
-        """The static force of each contact, N; that of contact 1 is what the place of body 0 bears of the preload."""
+        """The static force of each contact, N; that of contact 1 is the preload that body 0 bears."""
         chain = self.chain
         loads = {"gravity": (chain.gravity, chain.gravity_along), "preload": (chain.preload, chain.preload)}
         for name, (value, along) in loads.items():
-            # Gravity may act across a chain that nothing holds.
+            # Gravity may act perpendicular to a chain that nothing holds.
             if self.surface is None and abs(along) > 1e-12 * value:
                 raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
         weights = np.cumsum([bead.mass for bead in chain.beads])
@@ -259,7 +261,7 @@ class MovingChain:
 
     @fact
     def rest(self) -> Vector:
-        """The positions in static equilibrium, m, and behind them what contacts that yield remember."""
+        """The positions in static equilibrium, m, and then the memory of contacts that yield."""
         approach = self.preload.copy()
         approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * self.static_force[[0, -1]]
         places: Vector = np.cumsum(approach[::-1])[::-1].copy()
@@ -268,26 +270,26 @@ class MovingChain:
         return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
-        """Return where the bodies' poles are, of the struck side and the other, saved times × bodies, m."""
+        """Return the positions of the bodies' struck poles and other poles, m, saved times × bodies."""
         places = position[:, : self.mass.size]
         return places, places
 
     @cached_property
     def energy(self) -> float:
-        """The scale of energies that chooses steps and tolerances, J."""
+        """The scale of energies for steps and tolerances, J."""
         return self.chain.impact_energy if self.impact_energy is None else self.impact_energy
 
     @property
     def speed(self) -> float:
-        """The scale of the bodies' speeds, m/s: the first body's with all of that energy."""
+        """The scale of speeds, m/s: the speed of the first body with all of that energy."""
         return sqrt(2.0 * self.energy / float(self.mass[0 if self.chain.body else 1]))
 
     @cached_property
     def _contact_times(self) -> Vector:
-        """The time of each contact, s, zero where there is none: of a free collision, or of a preloaded swing."""
+        """The time of each contact, s: of a collision, or half a period under preload; zero without a contact."""
         energy = 0.5 * self.reduced_mass * self.speed**2
         deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
-        # For F = k δⁿ it takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times deepest approach over speed.
+        # For F = k δⁿ a collision takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times the deepest approach over the speed.
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
         order = np.divide(energy, force * deepest, out=np.ones(force.size), where=force > 0.0)
         collision = deepest / self.speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
@@ -302,18 +304,18 @@ class MovingChain:
 
     @cached_property
     def transit_time(self) -> float:
-        """The time of a wave from the struck end to the other, s, to some 10 % in a chain of like beads."""
-        # A wave hops to the next bead in about half the time of a contact, both solitary waves and linear ones.
+        """The travel time of a wave from one end to the other, s; for equal beads, within about 10 %."""
+        # Solitary waves and linear waves reach the next bead in about half the time of a contact.
         return 0.5 * float(self._contact_times.sum())
 
     @cached_property
     def _deepest_alone(self) -> Vector:
-        """The depth of each contact, m, if it held the scale of energies alone."""
+        """The deepest approach of each contact, m, if it stored the scale of energies alone."""
         return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, self.energy)))
 
     @cached_property
     def scales(self) -> tuple[float, float]:
-        """The greatest force, N, and approach, m, of the last contact, or else the hardest, if it took that energy."""
+        """The greatest force, N, and approach, m, of the last contact, or else the hardest, at that energy."""
         deepest = self._deepest_alone
         force = self.force(deepest)
         contact = -1 if self.laws[-1] is not None else int(force.argmax())
@@ -321,7 +323,7 @@ class MovingChain:
 
     @cached_property
     def damping_time(self) -> float:
-        """The shortest time, s, in which a loss would stop a contact between the bodies' full masses."""
+        """The shortest time, s, in which the loss would stop a contact."""
         if (loss := self.chain.dissipation) is None:
             return inf
         deepest = self._deepest_alone + self.preload
@@ -331,43 +333,42 @@ class MovingChain:
 
     @property
     def strongest_loss(self) -> tuple[str, bool]:
-        """The loss to which `damping_time` belongs, as it was given, and whether it is one of the contacts."""
+        """The argument of the loss that determines `damping_time`, and whether it is a loss at contacts."""
         return f"dissipation = {short(self.chain.dissipation)}", True
 
     @property
     def stable_step(self) -> float:
-        """The longest stable step, s, if a contact held all of the energy."""
+        """The longest stable step, s, if one contact stores all of the energy."""
         fastest = np.sqrt(2.0 * self._tangent(self._deepest_alone + self.preload) / self.reduced_mass).max()
         return min(2.0 / float(fastest), 2.0 * self.damping_time)
 
     @cached_property
     def longest_step(self) -> float:
-        """The step by default, s; strong losses and vibrations need theirs in coarse runs too."""
+        """The default step, s. A fineness below 1 does not lengthen the steps for strong losses and vibrations."""
         by_loss = self.damping_time / (STEPS_PER_DAMPING * max(self.fineness, 1.0))
         return min(self.contact_time / (STEPS_PER_CONTACT * self.fineness), by_loss)
 
     def steps(self, window: float) -> int:
-        """Return the steps in a window."""
+        """Return the number of steps in a window."""
         step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
-        if count * self.mass.size > 1e13:  # some hours
+        if count * self.mass.size > 1e13:  # takes hours
             by_loss = self.strongest_loss[0] if self.damping_time < self.contact_time else f"until = {window:.3g}"
             name = by_loss if self.dt is None else f"dt = {step:.3g}"
             raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; must take fewer")
         return max(1, ceil(count))
 
     def start(self) -> ChainState:
-        """Return the static equilibrium, in which the striker, or else the first bead, has the impact speed."""
+        """Return the static equilibrium with the impact speed of the striker, or else of the first bead."""
         velocity = np.zeros(self.rest.size)
         velocity[0 if self.chain.body else 1] = self.chain.speed
         return ChainState(self.rest.copy(), velocity)
 
     def advance(self, state: ChainState, motion: tuple[Any, Any], window: float) -> tuple[ChainState, Any]:
-        """Return the state after a window (s) in which the surface moves from one displacement (m) to another, and the
-        mean force on it above the static one (N).
+        """Return the state after a window, s, and the mean force on the surface minus the static force, N.
 
-        With a surface behind, displacements and forces are arrays of two, the last end's first, positive away from the
-        chain.
+        motion: displacements of the surface at start and end, m. With a surface behind, displacements and forces are
+        arrays of two, first for the last bead's end, positive away from the chain.
         """
         y, v = np.empty_like(state.position), np.empty_like(state.velocity)
         contact, moved = np.zeros(np.size(motion[0]), kernels.TRIED), np.zeros(1, kernels.MOVED)
@@ -383,5 +384,5 @@ class MovingChain:
         return end, contact["answer"] - self.static_force[[-1, 0]]
 
     def work_space(self) -> Vector:
-        """Return the rows of numbers that the compiled loops write to."""
+        """Return the work space for the compiled loops."""
         return np.zeros((kernels.WORK_ROWS, self.rest.size))

@@ -1,1 +1,1 @@
-"""Plates as structures. Uses the structures room only."""
+"""Plates as structures. This package imports only `structures`."""

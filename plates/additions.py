@@ -1,4 +1,4 @@
-"""Additions to a plate: masses, stiffeners, weak regions, prestress. Data for any theory."""
+"""Additions to a plate, as data for any theory: masses, stiffeners, weakened regions, prestress."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ Sides = Annotated[
 ]
 Stiffness = Annotated[float, replace(Likely.BENDING, or_zero=True)]
 ForcePerLength = Annotated[float, replace(Likely.FORCE_PER_LENGTH, likely=(0.0, inf))]
-ROUNDING = 1e-6  # An addition may lie outside of the plate by this part of the plate's size
+ROUNDING = 1e-6  # An addition may extend beyond the plate by this fraction of the plate's size
 
 
 @described
@@ -28,7 +28,7 @@ class PointMass:
     Parameters
     ----------
     x, y, mass : float
-        Place on the plate, m, and mass, kg.
+        Position on the plate, m, and mass, kg.
 
     Examples
     --------
@@ -48,11 +48,11 @@ class Stiffener:
     Parameters
     ----------
     start, end : (float, float)
-        Its two ends (x, y), m.
+        The two ends (x, y), m.
     bending_stiffness, torsion_stiffness : float
-        EI of bending out of the plate, about the plate's middle surface, and GJ, N m².
+        EI for bending out of the plate, about the plate's middle surface, and GJ, N m².
     mass_per_length : float
-        Mass per length, kg/m; its rotary inertia is neglected.
+        Mass per length, kg/m. Rotary inertia is neglected.
 
     Examples
     --------
@@ -70,11 +70,11 @@ class Stiffener:
         for name in ("start", "end"):
             object.__setattr__(self, name, coordinates(name, getattr(self, name)))
         if self.length == 0.0:
-            raise ValueError(f"end = {self.end!r}: must lie elsewhere than the start")
+            raise ValueError(f"end = {self.end!r}: must differ from the start")
 
     @property
     def length(self) -> float:
-        """m."""
+        """Length, m."""
         return hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
 
     @property
@@ -97,8 +97,8 @@ class Weakened:
     region : (float, float, float, float)
         Left, right, bottom and top, m.
     factor : float
-        The part of the plate's bending stiffness that is left, 0 < factor ≤ 1. A delamination between parts of
-        thickness a and b that slide on each other leaves (a³ + b³)/(a + b)³ of a homogeneous plate's.
+        The remaining fraction of the plate's bending stiffness, 0 < factor ≤ 1. A delamination between parts of
+        thickness a and b that slide on each other leaves (a³ + b³)/(a + b)³ in a homogeneous plate.
 
     Examples
     --------
@@ -115,15 +115,15 @@ class Weakened:
             raise ValueError(f"region = {self.region!r}: must be (left, right, bottom, top), ascending, in m")
         object.__setattr__(self, "region", region)
         if self.factor > 1.0:
-            raise ValueError(f"factor = {self.factor!r}: must be at most 1, what is left of the bending stiffness")
+            raise ValueError(f"factor = {self.factor!r}: must be at most 1, as a fraction of the bending stiffness")
 
 
 @described
 class Prestress:
-    """Constant forces per length in the plane of a plate, in `additions` of a builder. Tension is positive.
+    """Constant forces per length in the plane of a plate, for `additions` of a builder. Tension is positive.
 
     The forces act before the tap, stay constant during it, and add ½ ∫ N_ij w,i w,j to the energy (Timoshenko, Gere,
-    Theory of Elastic Stability, 2nd ed., section 8.2). On a plate of thickness t the stress σ is the force σ t.
+    Theory of Elastic Stability, 2nd ed., section 8.2). In a plate of thickness t, a stress σ has the force σ t.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class Prestress:
 
     def __post_init__(self) -> None:
         name = max(("xx", "yy", "xy"), key=lambda component: abs(getattr(self, component)))
-        Likely.FORCE_PER_LENGTH.warn("Prestress", name, round(getattr(self, name), 6))  # no rest of rounding
+        Likely.FORCE_PER_LENGTH.warn("Prestress", name, round(getattr(self, name), 6))  # without rounding errors
 
     @property
     def forces(self) -> Vector:
@@ -154,8 +154,10 @@ Addition = PointMass | Stiffener | Weakened | Prestress
 
 
 def check_additions(additions: object, box: tuple[float, float, float, float], parallel: bool) -> tuple[Addition, ...]:
-    """Return the additions to a plate within a box (least and greatest x, then y, m) as a tuple; a ValueError names the
-    one that does not fit. parallel: whether stiffeners must be parallel to a side."""
+    """Return the additions to a plate as a tuple; a ValueError names the one that does not fit.
+
+    box: least and greatest x, then y, of the plate, m. parallel: whether stiffeners must be parallel to a side.
+    """
     if not isinstance(additions, Sequence) or isinstance(additions, str):
         raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened and Prestress")
     left, right, bottom, top = box
@@ -172,18 +174,18 @@ def check_additions(additions: object, box: tuple[float, float, float, float], p
                 f"{name}: must lie on the plate, x {left:.4g} to {right:.4g}, y {bottom:.4g} to {top:.4g} m"
             )
         if isinstance(addition, Stiffener) and parallel and not (addition.along_x or addition.along_y):
-            raise ValueError(f"{name}: must be parallel to a side; mindlin_plate takes others")
+            raise ValueError(f"{name}: must be parallel to a side, or in a mindlin_plate")
         if isinstance(addition, Weakened):
             for other in regions:
                 (l1, r1, b1, t1), (l2, r2, b2, t2) = addition.region, other.region
                 if max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2):
-                    raise ValueError(f"{name}: overlaps an earlier one; give regions side by side")
+                    raise ValueError(f"{name}: must not overlap an earlier region")
             regions.append(addition)
     return tuple(additions)
 
 
 def weakest(additions: Sequence[Addition]) -> float:
-    """Return the least factor of the bending stiffness anywhere."""
+    """Return the least factor of the bending stiffness in any region."""
     return min((float(addition.factor) for addition in additions if isinstance(addition, Weakened)), default=1.0)
 
 
@@ -193,7 +195,7 @@ def forces_in_plane(additions: Sequence[Addition]) -> Vector:
 
 
 def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
+    """Return the x and the y, m, of the edges of regions and of stiffeners parallel to an axis."""
     regions = [addition.region for addition in additions if isinstance(addition, Weakened)]
     ribs = [addition for addition in additions if isinstance(addition, Stiffener)]
     xs = [x for region in regions for x in region[:2]] + [rib.start[0] for rib in ribs if rib.along_y]
@@ -202,7 +204,7 @@ def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[
 
 
 def extent(addition: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the x and the y, m, at which an addition begins and ends; none for what is everywhere."""
+    """Return the x and the y, m, at which an addition begins and ends; nothing for a prestress."""
     if isinstance(addition, Prestress):
         return (), ()
     if isinstance(addition, PointMass):

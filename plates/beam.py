@@ -1,4 +1,4 @@
-"""Beams struck from the side: bending under an axial force, on elastic ground if there is any."""
+"""Beams struck from the side: bending, with an axial force and elastic ground."""
 
 from functools import partial
 from math import ceil, pi
@@ -21,8 +21,8 @@ from structures.surface import Surface
 ENDS = ("clamped", "simple", "free", "symmetry")
 End = Annotated[str, OneOf(*ENDS)]
 GroundStiffness = Annotated[float, Quantity("N/m²", "a stiffness per length", "1e7 N/m^2", or_zero=True)]
-FEWEST_WAVES = 4.0  # Waves along the beam that the mesh resolves at least
-MOST_NODES = 50_000  # Nodes of a mesh; beyond it a wrong unit is more likely than a real need
+FEWEST_WAVES = 4.0  # The mesh resolves at least this number of waves along the beam
+MOST_NODES = 50_000  # A wrong unit is a more likely reason for more nodes than a real need
 
 
 @described
@@ -42,25 +42,25 @@ def beam(
     Parameters
     ----------
     length, bending_stiffness, mass_per_length : float
-        Length L, m; EI of bending in the direction of the blow, N m²; mass per length m, kg/m.
+        Length L, m; EI for bending in the direction of the impact, N m²; mass per length m, kg/m.
     material : Material
-        The material that is struck, for Hertz's law.
+        The material at the contact, for Hertz's law.
     at : float
-        Where it is struck, m from the first end.
+        Distance of the contact from the first end, m.
     supports : (str, str)
-        How the two ends are held: "clamped", "simple", "free" or "symmetry".
+        The supports of the two ends: "clamped", "simple", "free" or "symmetry".
     axial_force : float
-        Force N along the beam, N; tension is positive. A beam that is held along its length and becomes warmer by ΔT
-        has N = −E A α ΔT. One that buckles is refused.
+        Axial force N, N; tension is positive. A beam whose length is held and whose temperature rises by ΔT has
+        N = −E A α ΔT. A force that buckles the beam is refused.
     foundation : float
-        Stiffness k of elastic ground, a force per deflection and length, N/m².
+        Stiffness k of elastic ground: force per deflection and length, N/m².
     highest_frequency : float, optional
-        As of `mindlin_plate`.
+        As in `mindlin_plate`.
 
     Returns
     -------
     Structure
-        Cubic elements, two degrees of freedom for each node; finest at the contact.
+        The beam, with cubic elements and two degrees of freedom for each node; the mesh is finest at the contact.
 
     References
     ----------
@@ -81,27 +81,28 @@ def beam(
         one_of(f"supports[{i}]", support, ENDS)
     check_stress(
         f"axial_force = {force:g} N", force * material.density / heavy, material,
-        "axial_force is in N, and the area is taken as mass_per_length over density",
+        "axial_force is in N, and the area is assumed to be mass_per_length over density",
     )  # fmt: skip
     frequency = default_frequency() if highest_frequency is None else highest_frequency
     wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / frequency) ** 0.5
     cells = Hermite().cells(min(wavelength, length / FEWEST_WAVES), ()).finer()
     if length / cells.coarsest > MOST_NODES:
-        raise ValueError(f"highest_frequency = {frequency!r}: requires more than {MOST_NODES} nodes; lower it")
+        raise ValueError(
+            f"highest_frequency = {frequency!r}: must be lower, as it requires more than {MOST_NODES} nodes"
+        )
 
     def matrices(shapes: Beam) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Return mass and stiffness."""
         parts = shapes.integrals()
         both = heavy * parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0] + force * parts[1, 1]
         mass, stiffness = (shapes.matrix(entries) for entries in both)
         return mass, stiffness
 
     if force < 0.0:
-        # Rounding hides a negative eigenvalue of a mesh that is much finer than the first mode.
+        # A mesh that is much finer than the first mode would hide a negative eigenvalue by rounding.
         count = ceil(8.0 * max(FEWEST_WAVES, length * (ground / stiff) ** 0.25 / (2.0 * pi)))
         _, pressed = matrices(Beam(np.linspace(0.0, length, count + 1), *supports))
         if not is_definite("stiffness", pressed):
-            raise ValueError(f"axial_force = {axial_force!r}: buckles the beam; give less compression")
+            raise ValueError(f"axial_force = {axial_force!r}: must be less compressive, as it buckles the beam")
     shapes = Beam(graded(length, [place], cells), *supports)
     mass, stiffness = matrices(shapes)
     made = Structure(mass, stiffness, None, shapes.at(place), 0.0, Surface(material), {"highest_frequency": frequency})

@@ -1,4 +1,4 @@
-"""Builders of plates: a rectangle, an outline or a mesh from a file, in Kirchhoff's or in Mindlin's theory."""
+"""Builders of plates: a rectangle, an outline, or a mesh from a file, in Kirchhoff's or Mindlin's theory."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,13 +24,13 @@ from structures.quantities import Asks, Frequency, Length, Scale, Several, Side,
 if TYPE_CHECKING:
     import meshio
 
-Wall: TypeAlias = Material | Laminate  # a material for all the thickness, or plies that bring their own
+Wall: TypeAlias = Material | Laminate  # one material, or plies with a material each
 # An outline, or a flat mesh: the path of a file, or a meshio.Mesh.
 PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
 HELD = Asks('a table such as { left = "clamped" }')
 TAGS = Asks("the data of the mesh that number its sides")
-MOST_CELLS = 200_000  # Cells of a uniform mesh: some 5 GB in Mindlin's theory
-# Default and largest radius of a patch, in thicknesses. With two the amplitude ratio is some 0.5 % off, with three 3 %.
+MOST_CELLS = 200_000  # The most cells of a uniform mesh: about 5 GB in Mindlin's theory
+# Default and largest radius of a patch, in thicknesses. With 2 the error of AR is about 0.5 %, with 3 about 3 %.
 PATCH, WIDEST = 0.5, 2.0
 
 
@@ -50,13 +50,13 @@ def kirchhoff_plate(
     Parameters
     ----------
     length, width, thickness, material, supports, cells, highest_frequency, additions
-        As of `mindlin_plate`, but stiffeners must be parallel to a side. On a "symmetry" edge give what belongs to this
-        side of it; the mirror image adds as much.
+        As in `mindlin_plate`, but stiffeners must be parallel to a side. For additions on a "symmetry" edge, give the
+        half on this side of the edge; the mirror image adds the other half.
 
     Returns
     -------
     Plate
-        `plate.at(x, y)` is the structure struck at a point.
+        The plate; `plate.at(x, y)` is the structure struck at a point.
 
     References
     ----------
@@ -86,41 +86,41 @@ def mindlin_plate(
     cells: tuple[Several, Several] | None = None,
     additions: Sequence[Addition] = (),
 ) -> Plate:
-    """A rectangular plate in Mindlin's theory: shear and rotary inertia, on quadrilaterals of order 4.
+    """A rectangular plate in Mindlin's theory, with shear and rotary inertia, on quadrilaterals of order 4.
 
     Parameters
     ----------
     length, width : float
         Sides along x and along y, m.
     thickness : float or None
-        Thickness, m. A Laminate has its own: give that, or None.
+        Thickness, m. For a Laminate, None or its own thickness.
     material : Material or Laminate
-        One material for all the thickness, or plies.
+        One material, or plies.
     supports : Supports
-        How the four edges are held.
+        The supports of the four edges.
     shear_correction : float
-        Factor of the transverse shear stiffness G t of one material: 5/6 is Reissner's, π²/12 Mindlin's.
+        Factor of the transverse shear stiffness G t of one material: 5/6 (Reissner) or π²/12 (Mindlin).
     patch_radius : float, optional
-        Radius a of the disc that the contact force is spread over, m; by default half the thickness (see Notes).
+        Radius a of the disc over which the contact force is spread, m; by default half the thickness (see Notes).
     highest_frequency : float, optional
-        The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
+        The mesh resolves flexural waves up to this frequency, Hz; by default 40 kHz, and more for contacts below 10 µs.
     cells : (int, int), optional
-        Cells along x and y of a uniform mesh that all contacts share, in Mindlin's theory no larger than twice the
-        thickness. By default the mesh is graded towards the contacts.
+        Numbers of cells along x and y of a uniform mesh that all contacts share; in Mindlin's theory they must be no
+        larger than twice the thickness. By default the mesh is graded towards the contacts.
     additions : sequence of PointMass, Stiffener, Weakened and Prestress
-        Anywhere on the plate; stiffeners along any straight line.
+        Additions anywhere on the plate; stiffeners may follow any straight line.
 
     Returns
     -------
     Plate
-        `plate.at(x, y)` is the structure struck at a point. It refuses contacts whose patch reaches beyond an edge:
-        strike an edge with `kirchhoff_plate`.
+        The plate; `plate.at(x, y)` is the structure struck at a point. It refuses contacts whose patch extends beyond
+        an edge; use `kirchhoff_plate` to strike an edge.
 
     Notes
     -----
-    Under a point force Mindlin's plate has an infinite deflection, so the force is spread over a disc, and
-    `flexibility` gives the contact the compliance of a plate in three dimensions. Half and twice the radius change
-    amplitude ratios by −0.03 and +0.12 %; they are 1 to 2 % below those of `kirchhoff_plate`.
+    Under a point force the deflection of Mindlin's plate is infinite. Therefore the force is spread over a disc, and
+    `flexibility` corrects the compliance of the contact to that of a plate in three dimensions. Half and twice the
+    radius change amplitude ratios by −0.03 and +0.12 %. The ratios are 1 to 2 % below those of `kirchhoff_plate`.
 
     References
     ----------
@@ -154,21 +154,21 @@ def mindlin_panel(
     Parameters
     ----------
     shape : Outline, path or meshio.Mesh
-        An Outline, meshed with triangles that are finest at the contact (needs `pip install hertzlink[mesh]`). Or a
+        An Outline, meshed with triangles that are finest at the contact (requires `pip install hertzlink[mesh]`), or a
         flat mesh of triangles or quadrilaterals: a file (.msh, .vtu, ...; see `solid`) or a meshio.Mesh.
     thickness, material, shear_correction, patch_radius, highest_frequency, additions
-        As of `mindlin_plate`.
+        As in `mindlin_plate`.
     supports : Mapping, optional
-        How edges are held, by name: {"rim": "clamped"}; others are free. Names are the outline's, or the mesh's tags:
-        names and numbers of gmsh's physical groups of lines, sets of points. Polygons of curves (sides that meet at
-        less than 30°) are held on the curve: a simple circle of 96 corners is good to 0.1 %.
+        Supports of edges by name: {"rim": "clamped"}; other edges are free. Names are those of the outline, or tags of
+        the mesh: names and numbers of gmsh's physical groups of lines, or sets of points. Sides that meet at less than
+        30° represent a curve, and supports act on that curve: a simple circle of 96 corners is accurate to 0.1 %.
     scale, tags
-        As of `solid`.
+        As in `solid`.
 
     Returns
     -------
     Plate
-        `plate.at(x, y)` is the structure struck at a point.
+        The plate; `plate.at(x, y)` is the structure struck at a point.
 
     Examples
     --------
@@ -181,7 +181,7 @@ def mindlin_panel(
     if isinstance(shape, Outline):
         for name, value in (("scale", scale), ("tags", tags)):
             if value is not None:
-                raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
+                raise ValueError(f"{name} = {value!r}: must be None for an Outline; {name} is for meshes")
         for edge in held:
             known("supports", edge, shape.names)
     elif isinstance(shape, tuple | list):
@@ -200,12 +200,12 @@ def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
         raise ValueError(f"cells = {short(cells)}: must be two whole numbers, along x and along y")
     along, across = whole("cells[0]", cells[0]), whole("cells[1]", cells[1])
     if along * across > MOST_CELLS:
-        raise ValueError(f"cells = {cells!r}: must be at most {MOST_CELLS} in all")
+        raise ValueError(f"cells = {cells!r}: must be at most {MOST_CELLS} cells in all")
     return fineness().cells * along, fineness().cells * across
 
 
 def _mindlin(wall: Section, radius: float | None) -> Mindlin:
-    """Return Mindlin's theory with a patch that is not large compared with the thickness."""
+    """Return Mindlin's theory; raise a ValueError if the patch is large compared with the thickness."""
     widest = WIDEST * wall.thickness
     if radius is not None and radius > widest:
         raise ValueError(f"patch_radius = {radius!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")

@@ -1,4 +1,4 @@
-"""Contacts of plates with chains: places and faces, of one contact or of several."""
+"""Contacts between plates and chains: places and faces of one contact or of several."""
 
 from collections.abc import Sequence
 from math import isclose
@@ -9,7 +9,7 @@ from structures.structure import Vector
 
 Places: TypeAlias = Sequence[float] | Vector  # One coordinate of each contact, m
 FACES = ("front", "back")
-SAME = 1e-6  # Contacts whose coordinates differ by less than this part are at one place
+SAME = 1e-6  # Contacts whose coordinates differ by a smaller fraction are at the same place
 
 
 class Contact(NamedTuple):
@@ -21,21 +21,21 @@ class Contact(NamedTuple):
 
     @property
     def sign(self) -> float:
-        """The sign of the contact's displacement, positive away from its chain; the plate's, from the front."""
+        """The sign of displacements away from the chain; those of the plate are positive away from the front."""
         return 1.0 if self.face == "front" else -1.0
 
 
 def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
-    """Return one contact of two numbers in m, or as many as x and y have; face: one for all, or one for each.
+    """Return the contacts at x and y, m; face: one for all, or one for each.
 
-    Raises ValueError where there are not as many of each, and where two contacts are one.
+    Raise a ValueError if the numbers of x, y and face differ, or if two contacts coincide.
     """
     if not (several(x) or several(y)):
         return [Contact(finite("x", x, "m"), finite("y", y, "m"), one_of("face", face, FACES))]
-    xs, ys = (listed(name, given, object, "numbers of m, one for each contact") for name, given in (("x", x), ("y", y)))
+    xs, ys = (listed(name, given, object, "numbers in m, one for each contact") for name, given in (("x", x), ("y", y)))
     faces = [face] * len(xs) if isinstance(face, str) else listed("face", face, str, "faces, one for each contact")
     if not len(xs) == len(ys) == len(faces):
-        raise ValueError(f"x, y, face: must be equally many, not {len(xs)}, {len(ys)} and {len(faces)}")
+        raise ValueError(f"x, y, face: must have equal lengths, not {len(xs)}, {len(ys)} and {len(faces)}")
     contacts: list[Contact] = []
     for i, place in enumerate(zip(xs, ys, faces, strict=True)):
         one_x, one_y = (finite(f"{name}[{i}]", value, "m") for name, value in zip("xy", place, strict=False))
@@ -43,7 +43,7 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
         for j, other in enumerate(contacts):
             same = isclose(one_x, other.x, rel_tol=SAME) and isclose(one_y, other.y, rel_tol=SAME)
             if same and other.face == contact.face:
-                raise ValueError(f"x, y: contacts {j} and {i} are at one place on the {contact.face}; must be apart")
+                raise ValueError(f"x, y: contacts {j} and {i} must not be at the same place on the {contact.face}")
         contacts.append(contact)
     return contacts
 
@@ -57,5 +57,5 @@ def contacts_data(contacts: Sequence[Contact]) -> dict[str, Any]:
 
 
 def one_or_all(values: list[Any]) -> Any:
-    """Return what belongs to the only contact, or what belongs to each."""
+    """Return the value of the only contact, or the values of several."""
     return values[0] if len(values) == 1 else values

@@ -1,7 +1,7 @@
 """The distance from a straight edge beyond which the edge does not change the reflected wave: a tabulated law.
 
-AR is the amplitude ratio of the primary reflected wave. For a pair of materials it depends on two numbers only, the
-inelasticity parameter λ and the distance from the edge over ℓ = (T_c √(D/m))^½: see docs/plate_edge.md.
+AR is the amplitude ratio of the primary reflected wave. For a pair of materials it depends on only two numbers: the
+inelasticity parameter λ, and the distance from the edge over ℓ = (T_c √(D/m))^½. See docs/plate_edge.md.
 """
 
 from functools import cache, lru_cache
@@ -24,23 +24,23 @@ from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_pressure, hertz_stiffness, yield_pressure
 
-# AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it.
+# AR as a function of edge, ratio of contact stiffnesses, λ and distance; computed by `benchmarks/edge_ratios.py`
 TABLE = "edge_ratios.csv"
-TOLERANCES = (0.01, 0.1)  # The least and greatest tolerance of AR. Below, the error of the table would dominate
-# λ up to which the plate returns a single wave. Above, an echo pushes the last bead a second time, and the two waves
-# merge on their way to the sensor.
+TOLERANCES = (0.01, 0.1)  # The range of the tolerance of AR. For a lower tolerance, the error of the table dominates
+# λ up to which the plate returns a single wave. For larger λ an echo pushes the last bead a second time, and the two
+# waves merge on their way to the sensor.
 DECAYING = 0.9
-# Errors of AR by the table for λ up to `DECAYING` and beyond; the study critical-distance measures them.
+# Errors of AR from the table for λ up to `DECAYING`, and for larger λ; the study critical-distance measures them.
 ERROR, ERROR_MERGING = 0.002, 0.005
-# Part of c by which it may be off halfway between two stiffness ratios of the table; AR was off by 0.007 there.
+# Largest relative error of c halfway between two stiffness ratios of the table, where the error of AR was 0.007.
 BETWEEN = 0.015
-SLOWEST, FASTEST = 1e-9, 1e5  # m/s. Between these speeds no number overflows or underflows
-FINE = 4501  # Points of the interpolated AR among which the last crossing is found; between two of them it is linear
-SLACK = 1e-3  # A value may lie outside of the table's ranges by this part: rounding of λ and the stiffness ratio
+SLOWEST, FASTEST = 1e-9, 1e5  # m/s. Between these speeds no number leaves the range of floating point.
+FINE = 4501  # Number of points of the interpolated AR for the search of the last crossing, linear between points
+SLACK = 1e-3  # Relative tolerance of the table's ranges, for rounding of λ and the stiffness ratio
 
 
 class CriticalDistanceEstimate(NamedTuple):
-    """A critical distance, m, and the bounds between which the error of the law leaves it, m."""
+    """A critical distance, m, and its bounds due to the error of the law, m."""
 
     value: float
     low: float
@@ -52,28 +52,28 @@ def critical_distance_law(
 ) -> CriticalDistanceEstimate:
     """Return the distance from a straight edge beyond which AR stays within a tolerance of its value far away.
 
-    d_c = ℓ c(λ, edge, tolerance), ℓ = (T_c √(D/m))^½, with c from a table of AR 13 beads from the plate that was
-    computed with `half_plane`: see docs/plate_edge.md.
+    d_c = ℓ c(λ, edge, tolerance) with ℓ = (T_c √(D/m))^½. c comes from a table of AR, 13 beads away from the plate,
+    which was computed with `half_plane`; see docs/plate_edge.md.
 
     Parameters
     ----------
     bead : Sphere
-        One of a chain of equal beads, and its striker.
+        A bead of a chain of equal beads; the striker is equal too.
     plate : Plate
-        A thin plate of any shape, of one isotropic material; its edges are regarded as straight and all but one as far
-        away.
+        A thin plate of any shape, of one isotropic material. One edge is assumed to be straight, and all others to be
+        far away.
     impact_speed : float
-        The striker's, m/s.
+        Speed of the striker, m/s.
     edge : str
         "clamped", "simple" or "free".
     tolerance : float
-        Of AR, absolute, from 0.01 to 0.1.
+        Absolute tolerance of AR, from 0.01 to 0.1.
 
     Returns
     -------
     CriticalDistanceEstimate
-        In m; 0 where AR is within the tolerance at all distances. AR oscillates about its far value, so the distance
-        jumps where a swing grows beyond the tolerance; the bounds then hold both values.
+        The distance, m; 0 if AR is within the tolerance at all distances. AR oscillates about its far value, so the
+        distance jumps if an oscillation grows beyond the tolerance; the bounds then contain both values.
 
     Examples
     --------
@@ -90,7 +90,7 @@ def critical_distance_law(
     parameter = float(PlateImpact(bead, plate, impact_speed).inelasticity)
     wall: Material = instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
     stiffness_ratio = wall_stiffness(bead, plate) / hertz_stiffness(bead.surface, bead.surface)
-    # The law's runs are elastic: a bead of that speed may dent the plate (force of Hertz's impact).
+    # The runs behind the law are elastic, but a bead at that speed may dent the plate (force of Hertz's impact).
     force = wall_stiffness(bead, plate) ** 0.4 * (1.25 * bead.mass * impact_speed**2) ** 0.6
     weaker = min(bead.surface.material, wall, key=yield_pressure)
     ratio = hertz_pressure(bead.surface, Surface(wall), force) / yield_pressure(weaker)
@@ -105,9 +105,9 @@ def critical_distance_law(
 def scaled_critical_distance(
     edge: str, stiffness_ratio: float, inelasticity: float, tolerance: float
 ) -> CriticalDistanceEstimate:
-    """Return c = d_c/ℓ and its bounds: the last crossing of the tabulated AR, with the tolerance ± the error.
+    """Return c = d_c/ℓ and its bounds: the last crossings of the tabulated AR with the tolerance ± the error.
 
-    Where waves merge, AR jumps along lines of λ and d/ℓ: there the bounds hold those of the table's λ on both sides.
+    If waves merge, AR jumps along lines of λ and d/ℓ. Then the bounds include those at the neighbouring λ of the table.
     """
     error, sides, parameters = ERROR, [inelasticity], _table().parameter.values
     if inelasticity > DECAYING:
@@ -115,7 +115,7 @@ def scaled_critical_distance(
         error, sides = ERROR_MERGING, [inelasticity, *parameters[place - 1 : place + 1].tolist()]
     curves = [edge_difference(edge, stiffness_ratio, side) for side in sides]
     low, high = ([last_crossing(*curve, tolerance + sign * error) for curve in curves] for sign in (1.0, -1.0))
-    # Between two stiffness ratios of the table c may be off by a parabola.
+    # Between two stiffness ratios of the table the error of c is at most a parabola.
     logarithms = np.log(_table().ratio.values)
     place = int(np.clip(np.searchsorted(logarithms, log(stiffness_ratio)), 1, logarithms.size - 1))
     left, right = logarithms[place - 1 : place + 1]
@@ -134,7 +134,7 @@ def edge_length(bead: Any, plate: Plate, impact_speed: float) -> float:
 
 @cache
 def _table() -> xr.DataArray:
-    """Return AR less its far value: edge × stiffness ratio × λ × distance over ℓ."""
+    """Return AR minus its far value: edge × stiffness ratio × λ × distance over ℓ."""
     table = pd.read_csv(str(files("plates") / TABLE), index_col=[0, 1, 2]).rename_axis(["edge", "ratio", "parameter"])
     difference = table.iloc[:, 1:].sub(table.iloc[:, 0], axis=0)
     difference.columns = difference.columns.astype(float).rename("distance")
@@ -142,24 +142,24 @@ def _table() -> xr.DataArray:
     return array
 
 
-@lru_cache(maxsize=64)  # several tolerances read one curve
+@lru_cache(maxsize=64)  # several tolerances use the same curve
 def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> tuple[Vector, Vector]:
-    """Return the distances over ℓ, and AR there less its far value; read-only.
+    """Return distances over ℓ, and AR minus its far value there, as read-only arrays.
 
-    Interpolated by PCHIP in ln λ and in the distance, and by a parabola in the logarithm of the stiffness ratio.
-    Raises ValueError outside the table.
+    AR is interpolated by PCHIP in ln λ and in the distance, and by a parabola in the logarithm of the stiffness ratio.
+    Parameters outside the table raise a ValueError.
     """
     table = _table().sel(edge=edge).transpose("ratio", "parameter", "distance")
     ratios, parameters, distances = (table[name].values for name in table.dims)
     named = (
         ("inelasticity parameter", inelasticity, parameters, ""),
-        ("stiffness ratio", stiffness_ratio, ratios, " of the contacts bead on plate and bead on bead"),
+        ("stiffness ratio", stiffness_ratio, ratios, " of the contacts bead-plate and bead-bead"),
     )
     for name, value, ends, what in named:
         if not ends[0] * (1.0 - SLACK) <= value <= ends[-1] * (1.0 + SLACK):
             raise ValueError(
-                f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {ends[0]:.3g} "
-                f"and {ends[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
+                f"impact_speed, bead, plate: the {name}{what} is {value:.4g}; must lie between {ends[0]:.3g} and "
+                f"{ends[-1]:.4g}, the range of the law; beyond it, use critical_distance_search with half_plane"
             )
     by_parameter = PchipInterpolator(np.log(parameters), table.values, axis=1, extrapolate=True)
     at_nodes = BarycentricInterpolator(np.log(ratios), by_parameter(log(inelasticity)))(log(stiffness_ratio))
@@ -171,7 +171,7 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
 
 
 def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> float:
-    """Return the greatest distance at which a difference has the size of the tolerance; 0 where it has it nowhere."""
+    """Return the greatest distance at which the size of a difference equals the tolerance; 0 if it never does."""
     outside = np.flatnonzero(np.abs(difference) >= tolerance)
     if outside.size == 0:
         return 0.0

@@ -1,8 +1,8 @@
-"""The impact of a bead, or of a chain's last bead, on an infinite thin plate, and the distance of an edge that matters.
+"""The impact of a bead, or of a chain's last bead, on an infinite thin plate, and bounds of the critical distance.
 
-The struck point moves at the speed F/(8√(Dρt)) under a force F. In units of Hertz's collision the approach obeys
+Under a force F the struck point moves at the speed F/(8√(Dρt)). In units of Hertz's collision the approach obeys
 σ″ + (1 + λ d/dτ) σ^{3/2} = 0 with σ = 0 and σ′ = 1 at τ = 0 (Zener, Phys. Rev. 59 (1941) 669; Khatri's thesis,
-equations 6.35 and 6.36). λ is the only parameter: see docs/theory.md.
+equations 6.35 and 6.36). λ is the only parameter; see docs/theory.md.
 """
 
 from dataclasses import dataclass, field
@@ -17,15 +17,15 @@ from scipy.special import beta, betainc
 
 from plates.plate import Plate
 from structures.bodies.layers import BEAD_TRANSIT, contact_time
-from structures.checks import each, instance, not_negative, positive
+from structures.checks import each, instance, not_negative, plain, positive
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness
 
-# Up to this λ, e and τ_c are interpolated in λ. Above it the laws of large λ hold, to exp(−4.5 λ^{5/3}) = 2e-20.
+# Up to this λ, e and τ_c are interpolated in λ. Above it asymptotic laws hold, to exp(−4.5 λ^{5/3}) = 2e-20.
 LARGE = 4.0
-LARGEST_SAMPLE = 12.0  # τ_c/λ of large λ is interpolated in λ^{−5/3} through samples up to this λ
-# Speeds of the A0 Lamb wave and of the Rayleigh wave over √(E/ρ) that the thesis assumes (section 6.2.2).
+LARGEST_SAMPLE = 12.0  # For large λ, τ_c/λ is interpolated in λ^{−5/3} through samples up to this λ
+# The speeds of the A0 Lamb wave and of the Rayleigh wave over √(E/ρ) in the thesis (section 6.2.2)
 A0_OVER_BAR_SPEED, RAYLEIGH_OVER_BAR_SPEED = 0.2, 0.57
 
 
@@ -35,12 +35,12 @@ def zener_restitution(inelasticity: Any) -> Any:
     Parameters
     ----------
     inelasticity : float or ndarray
-        λ ≥ 0, as of `theory.PlateImpact`.
+        λ ≥ 0, as in `theory.PlateImpact`.
 
     Returns
     -------
     float or ndarray
-        e to 1e-9: 1 − 1.7302 λ for small λ, 0.67930 λ⁻⁵ for λ > 4.
+        e, with an error of 1e-9: 1 − 1.7302 λ for small λ, 0.67930 λ⁻⁵ for λ > 4.
 
     Examples
     --------
@@ -49,27 +49,27 @@ def zener_restitution(inelasticity: Any) -> Any:
     """
     number = each(not_negative, "inelasticity", inelasticity)
     logarithm = _series()[0](np.minimum(number, LARGE))
-    return _plain(np.exp(logarithm) * (np.maximum(number, LARGE) / LARGE) ** -5.0)
+    return plain(np.exp(logarithm) * (np.maximum(number, LARGE) / LARGE) ** -5.0)
 
 
 def zener_contact_time(inelasticity: Any) -> Any:
-    """Return the time in contact τ_c of a sphere, in units (m²/k²v)^{1/5} of a collision, to 1e-9.
+    """Return the time in contact τ_c of a sphere, in the unit (m²/k²v)^{1/5} of a collision, with an error of 1e-9.
 
-    3.2180655 (1 + 0.17302 λ) for small λ, λ (5 ln λ − 0.35937) + 3 λ^{−2/3} for large ones.
+    It is 3.2180655 (1 + 0.17302 λ) for small λ, and λ (5 ln λ − 0.35937) + 3 λ^{−2/3} for large λ.
     """
     number = each(not_negative, "inelasticity", inelasticity)
     _, small, excess = _series()
     large = np.maximum(number, LARGE)
     tail = large * (5.0 * np.log(large) + excess(large ** (-5.0 / 3.0)))
-    return _plain(np.where(number > LARGE, tail, small(np.minimum(number, LARGE))))
+    return plain(np.where(number > LARGE, tail, small(np.minimum(number, LARGE))))
 
 
 @cache
 def _series() -> tuple[Chebyshev, Chebyshev, Chebyshev]:
-    """Return ln e and τ_c as functions of λ up to `LARGE`, and τ_c/λ − 5 ln λ beyond as a function of x = λ^{−5/3}.
+    """Return ln e and τ_c as functions of λ up to `LARGE`, and τ_c/λ − 5 ln λ above as a function of x = λ^{−5/3}.
 
-    For large λ all motions approach one slow motion, σ^{3/2} ≈ q/λ, and differ at the end by exp(−4.5/x) only.
-    Therefore e λ⁵ is a constant there, and the excess is a series in x.
+    For large λ all motions approach one slow motion, σ^{3/2} ≈ q/λ. At the end they differ only by exp(−4.5/x).
+    Therefore e λ⁵ is constant there, and the excess is a series in x.
     """
 
     def excess(power: Vector) -> Vector:
@@ -82,10 +82,10 @@ def _series() -> tuple[Chebyshev, Chebyshev, Chebyshev]:
 
 
 def _impact(inelasticity: Vector) -> Vector:
-    """Return ln e and τ_c, 2 × n, of n parameters λ: one integration over the phase φ of the motion, from 0 to π."""
+    """Return ln e and τ_c, 2 × n, for n parameters λ, by an integration over the phase φ of the motion from 0 to π."""
     # With q = σ′ + λσ^{3/2} = R cos φ, √(4/5) σ^{5/4} = R sin φ and g = (5/4)^{3/5} (R sin φ)^{1/5}, the motion is
     # d ln R/dφ = −λ g sin²φ / (1 − λ g sin φ cos φ) and dτ/dφ = 1 / (g (1 − λ g sin φ cos φ)); e = R at φ = π.
-    # s, with φ = π I_s(5, 5) and the regularised incomplete beta function I, makes the fifth roots at the ends smooth.
+    # The variable s, with φ = π I_s(5, 5) and the incomplete beta function I, makes the fifth roots at the ends smooth.
     count = inelasticity.size
 
     def rates(s: float, state: Vector) -> Vector:
@@ -106,16 +106,16 @@ def _impact(inelasticity: Vector) -> Vector:
 class PlateImpact:
     """The impact of a bead on an infinite thin plate, by Zener's theory.
 
-    One bead stands for the chain. λ holds while no echo returns, for long bending waves and small contacts.
+    One bead stands for the chain. The theory holds until an echo returns, for long bending waves and small contacts.
 
     Parameters
     ----------
     bead, plate
-        The bead, any object with `mass`, `size` and `surface`, and a thin plate, from `kirchhoff_plate`.
+        The bead, which is any object with `mass`, `size` and `surface`, and a thin plate from `kirchhoff_plate`.
     impact_speed : float or ndarray
         Speed v of the bead at impact, m/s, positive.
     inelasticity : float or ndarray, optional
-        Zener's parameter λ ≥ 0. By default m^{3/5} k^{2/5} v^{1/5} / (8 √(D ρ t)), equation 6.37 for spheres.
+        Zener's parameter λ ≥ 0; by default m^{3/5} k^{2/5} v^{1/5} / (8 √(D ρ t)), equation 6.37 for spheres.
 
     Examples
     --------
@@ -140,22 +140,22 @@ class PlateImpact:
             parameter = np.asarray(self.bead.mass / (self.plate.point_impedance * self._collision_time))
         else:
             parameter = each(not_negative, "inelasticity", self.inelasticity)
-        object.__setattr__(self, "inelasticity", _plain(parameter))
+        object.__setattr__(self, "inelasticity", plain(parameter))
 
     @property
     def restitution(self) -> Any:
-        """Coefficient of restitution e, with the shape of `inelasticity`; see `theory.zener_restitution`."""
+        """Coefficient of restitution e, in the shape of `inelasticity`; see `theory.zener_restitution`."""
         return zener_restitution(self.inelasticity)
 
     @property
     def amplitude_ratio(self) -> Any:
-        """AR = e^{6/5} of the primary wave that the plate reflects: equation 6.24."""
+        """AR = e^{6/5} of the primary reflected wave (equation 6.24)."""
         return self.restitution**1.2
 
     @property
     def contact_time(self) -> Any:
-        """Time in contact T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5} of one bead, s: equation 6.38."""
-        return _plain(self._collision_time * zener_contact_time(self.inelasticity))
+        """Time in contact T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5} of one bead, s (equation 6.38)."""
+        return plain(self._collision_time * zener_contact_time(self.inelasticity))
 
     def time_of_flight(self, beads: float, striker_speed: Any = None) -> Any:
         """Return the time of flight of the primary wave from the sensor to the plate and back, s.
@@ -174,21 +174,21 @@ class PlateImpact:
         speed = each(positive, "striker_speed", given, "m/s")
         between = hertz_stiffness(self.bead.surface, self.bead.surface)
         transit = BEAD_TRANSIT * number * (self.bead.mass**2 / (between**2 * speed)) ** 0.2
-        return _plain(transit * (1.0 + self.restitution**-0.2) + self.contact_time)
+        return plain(transit * (1.0 + self.restitution**-0.2) + self.contact_time)
 
 
 def critical_distance_bounds(bead: Any, plate: Plate, impact_speed: float) -> tuple[float, float]:
-    """Return the two estimates of the critical distance in the thesis: with the A0 Lamb wave, with the Rayleigh wave.
+    """Return the thesis's two estimates of the critical distance: with the A0 Lamb wave and with the Rayleigh wave.
 
-    L = c T/2 with the Hertzian contact time T of the bead on a half-space of the plate's material (equation 6.41), and
-    c = 0.2 √(E/ρ) or 0.57 √(E/ρ).
+    They are L = c T/2 with the Hertzian contact time T of the bead on a half-space of the plate's material (equation
+    6.41), and c = 0.2 √(E/ρ) or 0.57 √(E/ρ).
 
     Parameters
     ----------
     bead, plate
-        As of `theory.PlateImpact`.
+        As in `theory.PlateImpact`.
     impact_speed : float
-        Speed of the striker, m/s; the printed factors follow from 0.682 times it.
+        Speed of the striker, m/s. The factors in the thesis follow from 0.682 times this speed.
 
     Returns
     -------
@@ -211,12 +211,8 @@ def critical_distance_bounds(bead: Any, plate: Plate, impact_speed: float) -> tu
 
 def wall_stiffness(bead: Any, plate: Plate) -> float:
     """Return the stiffness k, N/m^1.5, of the Hertz contact between a bead and a thin plate."""
-    if not instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes").thin:
-        raise ValueError(f"plate = {plate!r}: must be thin, as kirchhoff_plate makes")
+    if not instance("plate", plate, Plate, "a Plate from kirchhoff_plate").thin:
+        raise ValueError(f"plate = {plate!r}: must be thin, from kirchhoff_plate")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")) or not isinstance(bead.mass, float):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass, size and surface")
     return hertz_stiffness(bead.surface, Surface(plate.section.struck))
-
-
-def _plain(result: Vector) -> Any:
-    return float(result) if np.ndim(result) == 0 else result

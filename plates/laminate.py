@@ -1,4 +1,4 @@
-"""Laminated walls: orthotropic plies, and the Section that classical lamination theory makes of them."""
+"""Laminated walls: orthotropic plies, and their Section in classical lamination theory."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,29 +19,29 @@ from structures.structure import Vector
 
 PlyModulus = Annotated[float, Likely.PLY_MODULUS]
 PLIES = Asks('a list such as [{ material = "carbon", thickness = "0.25 mm", angle = "45 deg" }]')
-# Points and weights in a ply, exact for squares of the warping, which is a cubic.
+# Points and weights in a ply, exact for squares of the warping, which is cubic
 GAUSS = np.polynomial.legendre.leggauss(4)
-DIRECTIONS = 48  # Directions over half a turn in which waves are compared: the mean is exact to rounding
-# The plies' own part of the bending stiffness, times their shear stiffness over the laminate's, below which it is left
-# out: of one material it is 0.012, of aluminium on PTFE on aluminium 0.18.
+DIRECTIONS = 48  # Number of directions of waves over half a turn, for a mean that is exact to rounding
+# The plies' own part of the bending stiffness is neglected if this part, times the ratio of their shear stiffness to
+# that of the laminate, is smaller. It is 0.012 for a single material, and 0.18 for aluminium on PTFE on aluminium.
 LEAST_OWN = 0.1
-SAME_THICKNESS = 1e-6  # Part of a thickness by which one that is given may differ from the laminate's own: rounding
+SAME_THICKNESS = 1e-6  # Relative tolerance, for rounding, of a given thickness of a laminate
 
 
 @described
 class OrthotropicMaterial:
-    """A sheet whose elasticity differs along and across its fibres.
+    """A sheet with different elasticity along and across its fibres.
 
     Parameters
     ----------
     youngs_modulus_along, youngs_modulus_across : float
         E₁ along and E₂ across the fibres, Pa.
     poisson_ratio : float
-        ν₁₂: contraction across over extension along the fibres under tension along them; ν₁₂² < E₁/E₂.
+        ν₁₂: ratio of contraction across to extension along the fibres, under tension along them; ν₁₂² < E₁/E₂.
     shear_modulus : float
         G₁₂ in the plane, Pa.
     shear_modulus_along, shear_modulus_across : float
-        G₁₃ and G₂₃, transverse, along and across the fibres, Pa.
+        Transverse shear moduli G₁₃ along and G₂₃ across the fibres, Pa.
     density, name : float, str
         Density, kg/m³, and a name for results.
 
@@ -76,9 +76,9 @@ class Ply:
     Parameters
     ----------
     material, thickness : Material or OrthotropicMaterial, float
-        Its material, and its thickness, m.
+        Material, and thickness, m.
     angle : float
-        From x towards y to its fibres, rad.
+        Angle from x, towards y, to the fibres, rad.
 
     Examples
     --------
@@ -96,8 +96,7 @@ class Ply:
 
     @cached_property
     def elasticity(self) -> tuple[Vector, Vector]:
-        """In the plate's axes, Pa: Q̄ of plane stress, (σ_xx, σ_yy, σ_xy) over (ε_xx, ε_yy, 2 ε_xy), 3 × 3; and the
-        transverse shear moduli of (xz, yz), 2 × 2."""
+        """Stiffnesses in the plate's axes, Pa: Q̄ of plane stress, 3 × 3, and transverse shear moduli xz, yz, 2 × 2."""
         c, plane, across = turned(constants(self.material), self.angle), [0, 1, 5], [4, 3]
         return c[np.ix_(plane, plane)] - np.outer(c[plane, 2], c[2, plane]) / c[2, 2], c[np.ix_(across, across)]
 
@@ -109,11 +108,11 @@ class Laminate:
     Parameters
     ----------
     plies : sequence of Ply
-        The struck ply first.
+        The plies; the struck one comes first.
     surface : Material, optional
-        The isotropic material whose E and ν enter Hertz's contact law; by default that of the struck ply. An
-        orthotropic ply is replaced by one with the modulus that a half-space of evenly distributed fibres has
-        (`indentation_modulus`; E₃ = E₂, ν₁₃ = ν₁₂ and ν₂₃ = E₂/2G₂₃ − 1).
+        The isotropic material for Hertz's contact law; by default that of the struck ply. An orthotropic ply is
+        replaced by an isotropic material with the modulus of a half-space of evenly distributed fibres
+        (`indentation_modulus` with E₃ = E₂, ν₁₃ = ν₁₂ and ν₂₃ = E₂/2G₂₃ − 1).
 
     Examples
     --------
@@ -136,7 +135,7 @@ class Laminate:
 
     @property
     def name(self) -> str:
-        """The section in a few words."""
+        """A short name of the laminate for messages."""
         return f"a laminate of {count_of(len(self.plies), 'ply')}"
 
     @property
@@ -151,24 +150,23 @@ class Laminate:
 
     @property
     def stiffnesses(self) -> Vector:
-        """A, B and D of classical lamination theory, 3 × 3 × 3, in N/m, N and N m: (N, M) over (ε, κ) of the middle."""
+        """A (N/m), B (N) and D (N m) of classical lamination theory, 3 × 3 × 3: (N, M) from (ε, κ) of the middle."""
         sums = np.zeros((3, 3, 3))
         for ply, low, high in self._places():
             sums += [ply.elasticity[0] * ((high**n - low**n) / n) for n in (1, 2, 3)]
         return sums
 
     def stresses(self, forces: Vector) -> list[tuple[Material, Vector]]:
-        """Return the stresses (xx, yy, xy), Pa, in each ply of an isotropic material under forces per length, N/m;
-        the plate stays flat."""
+        """Return the stresses (xx, yy, xy), Pa, in each isotropic ply of a flat plate under forces per length, N/m."""
         strain = np.linalg.solve(self.stiffnesses[0], forces)
         return [(ply.material, ply.elasticity[0] @ strain) for ply in self.plies if isinstance(ply.material, Material)]
 
     def section(self, face: str = "front") -> "LayeredSection":
-        """Return the bending and shear stiffness and the mass that a plate's theory uses, struck on a face.
+        """Return the section for a plate's theory, struck on a face.
 
-        Where bending and stretching are coupled (B ≠ 0) the bending stiffness is the reduced one, D − B A⁻¹ B, of a
-        plate whose edges may slide in its plane (Ashton, J. Compos. Mater. 3 (1969) 188). The shear stiffness follows
-        from the equilibrium of the layers (Whitney, J. Appl. Mech. 40 (1973) 302): see docs/theory.md.
+        If bending and stretching are coupled (B ≠ 0), the bending stiffness is the reduced one, D − B A⁻¹ B, for a
+        plate whose edges can slide in its plane (Ashton, J. Compos. Mater. 3 (1969) 188). The shear stiffness follows
+        from the equilibrium of the layers (Whitney, J. Appl. Mech. 40 (1973) 302); see docs/theory.md.
         """
         extension, coupling, bending = self.stiffnesses
         neutral: Vector = np.asarray(np.linalg.solve(extension, coupling))
@@ -183,38 +181,33 @@ class Laminate:
         shear: Vector = np.asarray(np.linalg.inv(compliance))
         if own * np.trace(own_shear) < LEAST_OWN * np.trace(shear):
             own = 0.0
-        softer = self._softer(reduced)
-        return LayeredSection(reduced, shear, mass, inertia, self.thickness, struck, own, own_shear, plies, softer)
-
-    def _softer(self, reduced: Vector) -> float:
-        """Return by how much the reduced bending stiffness is too soft for plane waves: the mean of 1/D(φ) − 1/D over
-        all directions φ, 1/N m. A wave does not strain the plate across its direction, which D − B A⁻¹ B lets it do."""
-        extension, coupling, bending = self.stiffnesses
-        mean = 0.0
+        # The error of the reduced bending stiffness for plane waves: the mean of 1/D(φ) − 1/D over all directions, 1/N
+        # m. D − B A⁻¹ B allows strains across the direction of a wave, but a wave does not cause them.
+        softer = 0.0
         for angle in np.arange(DIRECTIONS) * pi / DIRECTIONS:
             c, s = np.cos(angle), np.sin(angle)
             along, twist = np.array([c * c, s * s, 2.0 * c * s]), np.array([-c * s, c * s, c * c - s * s])
             strains = np.stack([along, twist], axis=1)
             pull = strains.T @ coupling @ along
             wave = along @ bending @ along - pull @ np.linalg.solve(strains.T @ extension @ strains, pull)
-            mean += float(1.0 / wave - 1.0 / (along @ reduced @ along)) / DIRECTIONS
-        return mean
+            softer += float(1.0 / wave - 1.0 / (along @ reduced @ along)) / DIRECTIONS
+        return LayeredSection(reduced, shear, mass, inertia, self.thickness, struck, own, own_shear, plies, softer)
 
     def _sheared(self, neutral: Vector, flexibility: Vector) -> tuple[Vector, float]:
-        """Return S⁻¹, 2 × 2, m/N, and the part of the bending stiffness that the plies have of their own.
+        """Return S⁻¹, 2 × 2, m/N, and the plies' own part of the bending stiffness.
 
-        The shear strains of a unit force Q warp the section by φ(z), φ′ = G⁻¹ τ. Waves that are short enough to shear
-        the plate freely bend it by the part that φ cannot take over: 1 − (∫ Q̄ z φ)²/(∫ Q̄ z² ∫ Q̄ φ²).
+        The shear strains of a unit force Q warp the section by φ(z), φ′ = G⁻¹ τ. Waves short enough to shear the plate
+        freely bend it with the part of the stiffness that φ cannot relax: 1 − (∫ Q̄ z φ)²/(∫ Q̄ z² ∫ Q̄ φ²).
         """
 
         def stress(z: Vector, low: float, stiff: Vector, below: Vector) -> Vector:
-            """Return τ(z) of unit forces Q, … × 2 × 2; below: the forces of σ,x between the struck face and z = low."""
+            """Return τ(z) for unit forces Q, … × 2 × 2; below: ∫ σ,x dz from the struck face to z = low."""
             moved = (z**2 - low**2)[..., None, None] / 2.0 * np.eye(3) - (z - low)[..., None, None] * neutral
             total = below + stiff @ moved @ flexibility
             return -np.stack([total[..., [0, 2], [0, 1]], total[..., [2, 1], [0, 1]]], axis=-2)
 
         compliance, force, warping = np.zeros((2, 2)), np.zeros((3, 3)), np.zeros(2)
-        sums = np.zeros((5, 2))  # ∫ Q̄ times 1, φ, φ², zφ, z², z from the line without strain
+        sums = np.zeros((5, 2))  # ∫ Q̄ times 1, φ, φ², zφ, z², with z from the line without strain
         place, weight = GAUSS
         for ply, low, high in self._places():
             stiff, soft = ply.elasticity[0], np.linalg.inv(ply.elasticity[1])
@@ -222,7 +215,7 @@ class Laminate:
             z = low + half * (1.0 + place)
             tau = stress(z, *start)
             compliance += half * np.einsum("q,qji,jk,qkl->il", weight, tau, soft, tau)
-            # φ at the Gauss points, each by the same rule from the ply's face to the point, and at the other face.
+            # φ at the Gauss points and at the other face, each by the same rule from the ply's face to the point.
             reach = np.append(z, high) - low
             inner = soft @ stress(low + reach[:, None] / 2.0 * (1.0 + place), *start)
             phi = warping + reach[:, None] / 2.0 * np.einsum("q,pqii->pi", weight, inner)
@@ -235,17 +228,17 @@ class Laminate:
         return compliance, float(np.min(1.0 - mixed**2 / (bent * (square - mean**2 / one))))
 
     def _places(self) -> list[tuple[Ply, float, float]]:
-        """Return each ply with its two faces' distances from the middle surface, m, away from the striker."""
+        """Return each ply with the distances of its faces behind the middle surface, m, as seen from the striker."""
         faces = np.cumsum([0.0] + [ply.thickness for ply in self.plies]) - self.thickness / 2.0
         return list(zip(self.plies, faces[:-1].tolist(), faces[1:].tolist(), strict=True))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LayeredSection(Section):
-    """The wall of a laminate: its plies from the struck face, and how much of the bending is their own.
+    """The wall of a laminate, with its plies from the struck face and their own part of the bending stiffness.
 
-    In Mindlin's theory the wall is two walls with one deflection: the part 1 − `own` of the bending stiffness belongs
-    to one that shears as the laminate does, the rest to one that shears as the plies do, `own_shear`, 2 × 2, N/m.
+    In Mindlin's theory the wall is two walls with the same deflection. One has the part 1 − `own` of the bending
+    stiffness and shears like the laminate; the other has the rest and shears like the plies: `own_shear`, 2 × 2, N/m.
     """
 
     own: float = 0.0
@@ -258,7 +251,7 @@ class LayeredSection(Section):
         """Bending stiffness, shear stiffness, and part of the rotary inertia of each wall."""
         if self.own == 0.0:
             return super().walls
-        # Long waves have the energy of both: D²/S = (1 − own)² D²/S₁ + own² D²/S₂.
+        # For long waves the energies add up: D²/S = (1 − own)² D²/S₁ + own² D²/S₂.
         rest = np.linalg.inv(np.linalg.inv(self.shear) - self.own**2 * np.linalg.inv(self.own_shear))
         part = 1.0 - self.own
         return [(part * self.bending, part**2 * rest, part), (self.own * self.bending, self.own_shear, self.own)]
@@ -271,13 +264,13 @@ def section_of(
     if isinstance(material, Laminate):
         total = material.thickness
         if thickness is not None and abs(thickness - total) > SAME_THICKNESS * total:
-            raise ValueError(f"thickness = {thickness!r}: must be None or the laminate's own, {total:.9g} m")
+            raise ValueError(f"thickness = {thickness!r}: must be None or that of the laminate, {total:.9g} m")
         if shear_correction != SHEAR_CORRECTION:
-            raise ValueError(f"shear_correction = {shear_correction!r}: a laminate has its own shear stiffness")
+            raise ValueError(f"shear_correction = {shear_correction!r}: must be omitted for a laminate")
         return material.section()
     instance("material", material, Material, "a Material or a Laminate; MATERIALS[name] gives a material by name")
     if thickness is None:
-        raise ValueError("thickness = None: must be a positive number of m; only a Laminate has its own")
+        raise ValueError("thickness = None: must be a positive number of m, unless material is a Laminate")
     return homogeneous_section(thickness, material, shear_correction)
 
 
@@ -288,12 +281,12 @@ def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
         return ply
     around, limit = _around_fibres(ply)
     if not -1.0 < around < limit:
-        raise ValueError(f"shear_modulus_across = {ply.shear_modulus_across!r}: gives ν = {around:.3g}; give surface=")
+        raise ValueError(f"shear_modulus_across = {ply.shear_modulus_across!r}: gives ν = {around:.3g}; state surface=")
     return Material(indentation_modulus(constants(ply)), 0.0, ply.density, ply.name)
 
 
 def _around_fibres(ply: OrthotropicMaterial) -> tuple[float, float]:
-    """Return ν₂₃ of evenly distributed fibres, and the least ν₂₃ that no solid has."""
+    """Return ν₂₃ for evenly distributed fibres, and the upper limit of ν₂₃ for a solid."""
     around = ply.youngs_modulus_across / (2.0 * ply.shear_modulus_across) - 1.0
     return around, 1.0 - 2.0 * ply.poisson_ratio**2 * ply.youngs_modulus_across / ply.youngs_modulus_along
 
@@ -305,13 +298,13 @@ def constants(ply: Material | OrthotropicMaterial) -> Vector:
     along, across, ratio = ply.youngs_modulus_along, ply.youngs_modulus_across, ply.poisson_ratio
     around, limit = _around_fibres(ply)
     if not -1.0 < around < limit:
-        around = 0.9 * max(min(around, limit), -1.0)  # the nearest solid, for plies whose surface is given
+        around = 0.9 * max(min(around, limit), -1.0)  # the nearest possible value, for plies with a given surface
     shear = (ply.shear_modulus_across, ply.shear_modulus_along, ply.shear_modulus)
     return orthotropic_stiffness((along, across, across), (around, ratio, ratio), shear)
 
 
 def turned(stiffness: Vector, angle: float) -> Vector:
-    """Return elastic constants, 6 × 6, in axes from which the material's are turned about z by an angle, rad."""
+    """Return elastic constants, 6 × 6, of a material whose axes are turned about z by an angle, rad."""
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     full = stiffness[VOIGT_INDEX[:, :, None, None], VOIGT_INDEX]

@@ -1,4 +1,4 @@
-"""A rectangular Kirchhoff plate as modes that serve every place, thickness and material: see docs/theory.md."""
+"""A rectangular Kirchhoff plate as modes that serve every place, thickness and material; see docs/theory.md."""
 
 from dataclasses import asdict
 from functools import cached_property, lru_cache
@@ -25,20 +25,21 @@ from structures.material import Material
 from structures.structure import Structure, Vector, oscillators
 from structures.surface import Surface
 
-# Edges that the modes know; in Kirchhoff's theory two of them are one.
+# Supports for which there are modes; in Kirchhoff's theory two of them are equal.
 HELD = {"clamped": "clamped", "simple": "simple", "soft simple": "simple", "free": "free"}
-# Wavenumber up to which products of beam modes make up the plate's modes, in units of the cut-off: as large as this
-# many products in a part allow. With 1.15, AR is 4e-4 off near a free edge and near the ends of strips.
+# The range of the largest wavenumber of products of beam modes, in units of the cut-off, and the number of products in
+# a part that determines it. With 1.15 the error of AR is 4e-4 near a free edge and near the ends of strips.
 MARGIN, PRODUCTS = (1.15, 1.5), 1200
-CELL = 0.9  # Length of a cell of the beams times the greatest wavenumber
-# Modes fade out from this part of the cut-off on, as the half-plane fades in. A sharp cut leaves ± 2e-3 of AR.
+CELL = 0.9  # Length of a cell of the beams times the largest wavenumber
+# Modes fade out, and the half-plane fades in, above this fraction of the cut-off. A sharp cut causes errors of ± 2e-3.
 FADED = 0.5
-# Modes of a whole plate. At least: near a corner of a small plate the second edge counts above 40 kHz, too. At most:
-# more take minutes, and of a large thin plate the half-plane answers above.
+# The range of the number of modes of a whole plate. The minimum is for small plates: near a corner the second edge
+# matters above 40 kHz too. More than the maximum take minutes; for large thin plates the half-plane represents higher
+# modes.
 MODES = (800, 5000)
-# Oscillators that a contact needs, in units of √(until · highest frequency): traces are within 1e-4 of all modes.
+# Number of oscillators per √(until · highest frequency): the error of traces is below 1e-4.
 OSCILLATORS = 15.0
-BASES = 16  # Parts of plates that are kept, of some megabytes each
+BASES = 16  # Number of parts of plates that are kept, of a few megabytes each
 
 
 Ends: TypeAlias = tuple[str, str]
@@ -47,9 +48,9 @@ Pair: TypeAlias = tuple[Value, Value]
 
 
 class _Part(NamedTuple):
-    """Modes with one symmetry in x and y: k⁴, and φ = Σ V (X ⊗ Y), of unit ∫φ² over the part of the plate.
+    """Modes of one symmetry in x and y: k⁴, and φ = Σ V (X ⊗ Y) with ∫φ² = 1 over the part of the plate.
 
-    X, Y: beams along and across, with the values of their modes; of: the mode Y of each product; axes: along, across.
+    X, Y: beams along and across, with the vectors of their modes. of: the mode Y of each product. axes: along, across.
     """
 
     fourth: Vector
@@ -60,11 +61,11 @@ class _Part(NamedTuple):
     axes: tuple[int, int]
 
     def at(self, place: tuple[float, float]) -> Vector:
-        """Return φ of all modes at a place, 1/m."""
+        """Return the φ of all modes at a place, 1/m."""
         values = []
         for (beam, modes), axis in zip((self.along, self.across), self.axes, strict=True):
             functions = beam.at(place[axis])
-            there = np.flatnonzero(functions)  # four at most
+            there = np.flatnonzero(functions)  # at most four
             values.append(functions[there] @ modes[there])
         along, across = values
         return np.asarray((along * across[self.of]) @ self.vectors)
@@ -75,10 +76,10 @@ class _Part(NamedTuple):
 def _part(sides: Pair[float], ends: Pair[Ends], poisson_ratio: float, highest: float) -> _Part:
     """Return the modes with wavenumbers below `highest`, 1/m, of a rectangle of these sides, m.
 
-    ends: how the beams along x and along y are held, at the middle of a plate by "symmetry" or as "simple" for the
-    even or odd motions.
+    ends: supports of the beams along x and along y. At the middle of a plate they are "symmetry" for even motions, and
+    "simple" for odd ones.
     """
-    # Sines do not couple: Levy's solution is exact where they are the modes across.
+    # Sines do not couple. So the solution is exact (Levy) if the modes across are sines.
     axes = (1, 0) if set(ends[0]) <= {"simple", "symmetry"} else (0, 1)
     modes = sides[0] * sides[1] * highest**2 / (4.0 * pi)
     most = highest * float(np.clip((PRODUCTS / modes) ** 0.5, *MARGIN))
@@ -86,7 +87,7 @@ def _part(sides: Pair[float], ends: Pair[Ends], poisson_ratio: float, highest: f
     fourth_y, modes_y, twist_y, bend_y = _beam_modes(across, most)
     fourth_x, modes_x, twist_x, bend_x = _beam_modes(along, np.inf)
     nu, shapes, of = poisson_ratio, [], []
-    # Modes of the strip that moves as Y across: so the evanescent wave at an edge decays as in the plate.
+    # Modes of a strip with the motion Y across it, so that the evanescent wave at an edge decays as in the plate.
     for j, fourth in enumerate(fourth_y):
         strip = np.diag(fourth_x + fourth) + nu * bend_y[j, j] * (bend_x + bend_x.T)
         strip += 2.0 * (1.0 - nu) * twist_y[j, j] * twist_x
@@ -102,7 +103,7 @@ def _part(sides: Pair[float], ends: Pair[Ends], poisson_ratio: float, highest: f
 
 
 def _beam_modes(beam: Beam, most: float) -> tuple[Vector, Vector, Vector, Vector]:
-    """Return k⁴ and the vectors of a beam's modes with k below `most`, ∫ v′u′ and ∫ v″u between them."""
+    """Return k⁴ and vectors of a beam's modes with k below `most`, and ∫ v′u′ and ∫ v″u between these modes."""
     parts = beam.integrals()
     mass, twist, bend, elastic = (beam.matrix(parts[pair]).toarray() for pair in ((0, 0), (1, 1), (2, 0), (2, 2)))
     fourth, modes = eigh(elastic, mass, subset_by_value=(-np.inf, most**4))
@@ -113,18 +114,18 @@ def _beam_modes(beam: Beam, most: float) -> tuple[Vector, Vector, Vector, Vector
 class ModalPlate:
     """A rectangular Kirchhoff plate as its modes, which serve every place, thickness and material of the same ν.
 
-    The modes of a rectangle are computed once, in about a second, and `ModalPlate.at` returns the oscillators of a
-    place in some milliseconds, smooth functions of place, thickness and material. Above `plate.highest_frequency` the
-    plate answers as one with its nearest edge alone, in closed form.
+    The modes of a rectangle are computed once, in about a second. Then `ModalPlate.at` returns the oscillators for a
+    place in a few milliseconds, as smooth functions of place, thickness and material. Above `plate.highest_frequency`
+    the plate is represented, in closed form, by a plate with the nearest edge alone.
 
     Parameters
     ----------
     plate : Plate
-        A `kirchhoff_plate` of one Material, each edge clamped, simple or free, without additions and `cells`. Reduce
-        others: ``hl.reduce(plate.at(x, y), until)``. Its `highest_frequency` is that of the modes, Hz; of several
-        thicknesses give the thinnest, with the shortest waves.
+        A `kirchhoff_plate` of one Material, with clamped, simple or free edges, without additions and `cells`. For
+        other plates use ``hl.reduce(plate.at(x, y), until)``. Its `highest_frequency` is that of the modes, Hz. For
+        several thicknesses, give the plate with the thinnest, which has the shortest waves.
     until : float
-        The longest run, s.
+        Length of the longest run, s.
 
     Examples
     --------
@@ -142,7 +143,7 @@ class ModalPlate:
         if not (isinstance(self.plate, Plate) and is_modal(self.plate)):
             raise ValueError(
                 f"plate = {self.plate!r}: must be a kirchhoff_plate of one Material, clamped, simple or free at each "
-                "edge, without additions and cells; reduce(plate.at(x, y), until) takes others"
+                "edge, without additions and cells; for others use reduce(plate.at(x, y), until)"
             )
 
     @cached_property
@@ -161,19 +162,19 @@ class ModalPlate:
         return float(min(max(least, self._greatest), most) * fineness().cells ** 0.5)
 
     def at(self, x: float, y: float, thickness: float | None = None, material: Material | None = None) -> Structure:
-        """Return the oscillators of the plate struck at (x, y), of another thickness or material where they are given.
+        """Return the oscillators of the plate struck at (x, y), with another thickness or material if they are given.
 
         Parameters
         ----------
         x, y, thickness : float
-            m. All frequencies are proportional to the thickness.
+            Place and thickness, m. All frequencies are proportional to the thickness.
         material : Material, optional
-            One of another ν has other modes, which are computed anew.
+            Another material. For another ν the modes are computed anew.
 
         Returns
         -------
         Structure
-            M = I, K diagonal, no damping.
+            The oscillators: M = I, K diagonal, no damping.
         """
         plate, place = self.plate, (finite("x", x, "m"), finite("y", y, "m"))
         sides, left, right, bottom, top = (
@@ -185,10 +186,10 @@ class ModalPlate:
             if not 0.0 <= coordinate <= side:
                 raise ValueError(f"{name} = {coordinate!r}: must lie on the plate, between 0 and {side:g} m")
             edges += zip(kinds, (coordinate, side - coordinate), strict=True)
-        # On a corner, an edge that is held comes first.
+        # On a corner, an edge that is held precedes a free edge.
         edge, distance = min(edges, key=lambda one: (one[1], one[0] == "free"))
         if distance == 0.0 and edge != "free":
-            raise ValueError(f"x, y = {place}: must not lie on an edge that is held, which cannot move")
+            raise ValueError(f"x, y = {place}: must not lie on an edge that is held")
 
         section, wall = _wall(plate.thickness if thickness is None else thickness, material or plate.section.struck)
         rigidity, mass, nu = float(section.bending[0, 0]), section.mass, section.struck.poisson_ratio
@@ -210,13 +211,13 @@ class ModalPlate:
 
 @lru_cache(BASES)
 def _wall(thickness: float, material: Material) -> tuple[Section, dict[str, Any]]:
-    """Return a wall of one material, and what results say of it."""
+    """Return a wall of one material, and its data for the origin."""
     section = homogeneous_section(thickness, material)
     return section, {"thickness": section.thickness, "material": asdict(material), "section": section.data}
 
 
 def is_modal(plate: Plate) -> bool:
-    """Return whether the modes cover a plate."""
+    """Return whether a ModalPlate can represent a plate."""
     supports = plate.supports
     return (
         plate.thin
@@ -229,13 +230,13 @@ def is_modal(plate: Plate) -> bool:
 
 
 def modes_at(sides: Pair[float], ends: Pair[Ends], place: Pair[float], nu: float, cut_off: float) -> Pair[Vector]:
-    """Return k⁴ of the modes that move a place, and their motion there, 1/m."""
+    """Return k⁴ of the modes that move at a place, and their motion there, 1/m."""
     choices = []
     for coordinate, side, held in zip(place, sides, ends, strict=True):
         if held[0] != held[1]:
             choices.append([(side, held, coordinate, 1.0)])
             continue
-        # Even and odd motions of one half; its image has as much of ∫φ².
+        # Even and odd motions of one half; the other half contributes the same to ∫φ².
         near = min(coordinate, side - coordinate)
         middle = abs(coordinate - 0.5 * side) <= 1e-9 * side
         halves = ("symmetry",) if middle else ("symmetry", "simple")
@@ -251,20 +252,20 @@ def modes_at(sides: Pair[float], ends: Pair[Ends], place: Pair[float], nu: float
 def _fewer(frequency: Vector, weight: Vector, highest: float, until: float) -> tuple[Vector, Vector]:
     """Return fewer oscillators with the same response to forces up to a frequency, Hz, for a time, s.
 
-    They are Gauss's quadrature of the sum over 1/(1 + ω²/σ²), as from Krylov vectors of (K + σ²M)⁻¹M. Their number is
-    fixed, so the result is a smooth function of the weights.
+    They are Gauss's quadrature of the sum over 1/(1 + ω²/σ²), which Krylov vectors of (K + σ²M)⁻¹M also give. Their
+    number is fixed, so that the result is a smooth function of the weights.
     """
     point = 2.0 * pi * highest
     places = 1.0 / (1.0 + (frequency / point) ** 2)
     count = ceil(OSCILLATORS * (until * highest / fineness().tolerance ** 0.25) ** 0.5)
     diagonal, squares = np.zeros((2, min(count, places.size)))
     tridiagonal(places, places * weight, np.empty((LANES, 5)), diagonal, squares)
-    # The sum may have fewer points that count.
+    # The sum may have fewer points with a significant weight.
     rows = int(np.argmax(np.append(squares[1:] <= 1e-20 * squares[0], True))) + 1
     values, vectors = eigh_tridiagonal(diagonal[:rows], np.sqrt(squares[1:rows]), check_finite=False)
     return point * np.sqrt(np.maximum(1.0 / values - 1.0, 0.0)), vectors[0] ** 2 * squares[0] / values
 
 
 def _kept(part: Vector) -> Vector:
-    """Return what is left of modes at a part of the cut-off: 1 up to FADED, 0 at 1."""
+    """Return the weight of modes at a fraction of the cut-off: 1 up to FADED, 0 at 1."""
     return np.asarray(np.cos(0.5 * pi * np.clip((part - FADED) / (1.0 - FADED), 0.0, 1.0)) ** 2)

@@ -1,4 +1,4 @@
-"""Plates: a Plate holds shape, wall, supports and element; `plate.at(x, y)` is the structure struck there."""
+"""Plates: a Plate has a shape, a wall, supports and an element; `plate.at(x, y)` is the structure struck there."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -34,19 +34,19 @@ from structures.structure import Structure
 from structures.surface import Surface
 from structures.units import readable
 
-MOST = 2_000_000  # Degrees of freedom that may be assembled: they fill some 10 GB
-THICK = 0.1  # Thickness, in units of the shorter side, above which shear matters in the lowest modes already
-ROUNDING = 1e-9  # Part of a force below which it counts as zero
-BUCKLES = 8.0  # Waves along the shorter side that the mesh for buckling resolves: the first mode has about half of one
-SHOWN = 6  # Edges that the text of a plate shows
+MOST = 2_000_000  # The most degrees of freedom of a mesh; they need about 10 GB
+THICK = 0.1  # Thickness over the shorter side above which shear matters even in the lowest modes
+ROUNDING = 1e-9  # Fraction of a force below which another counts as zero
+BUCKLES = 8.0  # Waves along the shorter side that the mesh for buckling resolves; the first mode has about half a wave
+SHOWN = 6  # Number of edges in the repr() of a plate
 
-# What answers in place of the mesh of a plate that is struck, where something does
+# A function that replaces the mesh of a struck plate, if there is one
 _ANSWERS: ContextVar[Callable[["Plate", list[Contact]], Structure | None] | None] = ContextVar("answers", default=None)
 
 
 @contextmanager
 def answered_by(answer: Callable[["Plate", list[Contact]], Structure | None]) -> Iterator[None]:
-    """Let `Plate.at` return what `answer` returns of the plate and its contacts; where that is None, its mesh."""
+    """Let `Plate.at` return `answer(plate, contacts)`; if that is None, use the mesh."""
     before = _ANSWERS.set(answer)
     try:
         yield
@@ -55,7 +55,7 @@ def answered_by(answer: Callable[["Plate", list[Contact]], Structure | None]) ->
 
 
 def are_meshed() -> bool:
-    """Return whether plates that are struck now make their own mesh."""
+    """Return whether struck plates make their own mesh at present."""
     return _ANSWERS.get() is None
 
 
@@ -68,11 +68,11 @@ class Plate:
     shape, section, element
         The middle surface, the wall, and the theory with its finite elements.
     supports : Supports or Mapping
-        How edges are held, by name; edges that are not named are free.
+        Supports of edges by name; edges that are not named are free.
     highest_frequency, additions
-        As of `mindlin_plate`.
+        As in `mindlin_plate`.
     material : Material or Laminate
-        What the wall is made of; the faces of a Laminate may differ.
+        The material of the wall; the faces of a Laminate may differ.
     origin : Mapping
         The arguments of the function that made the plate, as plain data for results.
 
@@ -100,7 +100,7 @@ class Plate:
             object.__setattr__(self, "highest_frequency", default_frequency())
             object.__setattr__(self, "_follows", True)
         if self.thickness > shorter:
-            raise ValueError(f"thickness = {self.thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
+            raise ValueError(f"thickness = {self.thickness!r}: must not exceed the shorter side, {shorter:.6g} m")
         if self.thin and self.thickness > THICK * shorter:
             caution(
                 f"thickness = {readable(self.thickness, 'm', 6)}: exceeds a tenth of the plate's shorter "
@@ -118,11 +118,11 @@ class Plate:
             along, across = np.array([np.cos(angles), np.sin(angles)]), np.array([-np.sin(angles), np.cos(angles)])
             sheared = np.einsum("ik,ij,jk->k", along, forces, across)
             if (np.abs(sheared) > ROUNDING * np.abs(forces).max()).any():
-                raise ValueError(f"supports[{name!r}] = 'symmetry': a prestress with shear is not its own mirror image")
+                raise ValueError(f"supports[{name!r}] = 'symmetry': must have no prestress with shear")
             if not all(mirrors_itself(section, angle) for angle in angles):
-                raise ValueError(f"supports[{name!r}] = 'symmetry': a wall with D₁₆ or D₂₆ is not its own mirror image")
+                raise ValueError(f"supports[{name!r}] = 'symmetry': must have a wall without D₁₆ and D₂₆")
 
-        # The prestress may be more than the plate bears, in each isotropic layer.
+        # The prestress may exceed the strength of an isotropic layer.
         load = forces[[0, 1, 0], [0, 1, 1]]
         layers = [(section.struck, load / section.thickness)]
         if isinstance(self.material, Laminate):
@@ -133,7 +133,7 @@ class Plate:
 
     @property
     def kind(self) -> str:
-        """Theory and shape, as results name them: "Kirchhoff plate"."""
+        """Theory and shape, for results: "Kirchhoff plate"."""
         return f"{self.element.name} {self.shape.kind}"
 
     @property
@@ -158,7 +158,7 @@ class Plate:
 
     @property
     def rigidity(self) -> float:
-        """Bending rigidity D = E t³ / 12(1 − ν²), N m; of a laminate, D of the plate with the same point impedance."""
+        """Bending rigidity D = E t³ / 12(1 − ν²), N m; for a laminate, D of a plate with the same point impedance."""
         return point_rigidity(self.section)
 
     @property
@@ -168,39 +168,38 @@ class Plate:
 
     @property
     def point_impedance(self) -> float:
-        """Force over velocity at a point of the infinite plain plate, 8 √(D ρ t), N s/m."""
+        """Force over velocity at a point of the infinite plate without additions, 8 √(D ρ t), N s/m."""
         if self.additions:
             names = ", ".join(dict.fromkeys(type(addition).__name__ for addition in self.additions))
-            caution(f"additions: laws of a plain plate leave out {names}; runs include them")
+            caution(f"additions: laws of the infinite plate neglect {names}; runs include them")
         return float(8.0 * (self.rigidity * self.mass_per_area) ** 0.5)
 
     @property
     def shortest_wavelength(self) -> float:
-        """The shortest length of flexural waves at the highest frequency anywhere and in any direction, m."""
+        """The shortest flexural wavelength at the highest frequency, anywhere and in any direction, m."""
         softest = weakest(self.additions) * float(all_around(self.section).min())
         return self.element.wavelength(self.section, softest, self.highest_frequency)
 
     def at(self, x: float | Places, y: float | Places, face: str | Sequence[str] = "front") -> Structure:
         """Return the plate struck at (x, y), or at several points.
 
-        Rectangles and outlines are meshed for each set of contacts and finest there; uniform meshes and those from
-        files serve all contacts. Where all contacts lie on a line of symmetry of a rectangle, the structure holds only
-        the motions that forces there excite. On a "symmetry" edge the whole plate is struck once.
+        Rectangles and outlines are meshed for each set of contacts, with the finest cells there. Uniform meshes and
+        those from files serve all contacts. If all contacts lie on a line of symmetry of a rectangle, the structure has
+        only the motions that forces there excite. On a "symmetry" edge the whole plate is struck once.
 
         Parameters
         ----------
         x, y : float or sequence of float
-            Coordinates, m. Those of a rectangle start at its left bottom corner.
+            Coordinates, m; for a rectangle they start at the left bottom corner.
         face : str or sequence of str
-            "front" or "back", one for all contacts or one for each. A contact's displacement is positive away from its
-            chain.
+            "front" or "back", for all contacts or for each. A contact's displacement is positive away from its chain.
 
         Returns
         -------
         Structure
             Mass, stiffness, contact vectors, and the field of displacement and stress. In Mindlin's theory
-            `flexibility` belongs to each contact alone: from the front to the back of one place this lacks 0.04 F/Et
-            with the default patch, up to 1.3 F/Et with others.
+            `flexibility` acts at each contact alone. Between front and back at the same place this neglects 0.04 F/Et
+            with the default patch, and up to 1.3 F/Et with others.
         """
         contacts = contacts_at(x, y, face)
         origin = self.data(contacts)
@@ -208,16 +207,16 @@ class Plate:
         if (answer := _ANSWERS.get()) is not None and (structure := answer(self, contacts)) is not None:
             return structure
 
-        # First without the refinement at the contact, before it is made.
+        # Before the mesh is made, the size without refinement is checked.
         self._check_size(self.element.unknowns * self.shape.area / self._cells.coarsest**2)
         if np.linalg.eigvalsh(forces_in_plane(self.additions))[0] < 0.0:
-            # Compression may buckle the whole plate, also in ways that no contact excites. Rounding hides a negative
-            # eigenvalue of a mesh that is much finer than the first mode.
+            # Compression may buckle the whole plate, also in modes that no contact excites. A mesh that is much finer
+            # than the first mode would hide a negative eigenvalue by rounding.
             coarse = self.element.cells(min(self.length, self.width) / BUCKLES, self.additions)
             whole = self.shape.mesh([], [], replace(coarse, finest=coarse.coarsest, halved=(False, False)))
             pressed = self.element.assemble(whole, self.section, self._held(whole), self.additions).stiffness
             if not is_definite("stiffness", pressed):
-                raise ValueError("additions: the plate buckles under this prestress; give less compression")
+                raise ValueError("additions: must have less compression, as the plate buckles under this prestress")
         mesh = self.shape.mesh([contact.x for contact in contacts], [contact.y for contact in contacts], self._cells)
         self._check_size(self.element.unknowns * mesh.mesh.nelements)
         held, touches = self._held(mesh), []
@@ -227,7 +226,7 @@ class Plate:
             touches.append(Touch(place, mirrors(mesh, held, place), self.wall(contact.face)))
         copies = {2 ** len(touch.mirrors) for touch in touches}
         if len(copies) > 1:
-            raise ValueError(f"x, y = {origin['at']}: must lie all on a symmetry edge or all inside")
+            raise ValueError(f"x, y = {origin['at']}: must all lie on a symmetry edge or all inside")
 
         assembled, matrices = self._assembled(mesh, held, copies.pop())
         struck = [contact.sign * assembled.contact(touch) for contact, touch in zip(contacts, touches, strict=True)]
@@ -240,7 +239,7 @@ class Plate:
 
     @property
     def _edges(self) -> dict[Tag, Support]:
-        """The supports of the edges, the free ones left out."""
+        """The supports of the edges that are not free."""
         stated = self.supports
         pairs = {name: getattr(stated, name) for name in SIDES} if isinstance(stated, Supports) else stated
         return {
@@ -248,13 +247,13 @@ class Plate:
         }
 
     def _held(self, mesh: PlateMesh) -> dict[Tag, Support]:
-        """Return the supports of the edges of a mesh; where it is a half, the other one is its mirror image."""
+        """Return the supports of the edges of a mesh; the edge of a half plate has symmetry."""
         every: dict[Tag, Support] = {MIRROR: "symmetry", **self._edges}
         return {name: support for name, support in every.items() if name in mesh.edges and mesh.edges[name].size}
 
     @property
     def _cells(self) -> Cells:
-        """The cells that the element requires; halves where only the contacts may differ between them."""
+        """The cells that the element requires, with halves allowed if the halves differ at most in the contacts."""
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
         everywhere = all(isinstance(addition, Prestress) for addition in self.additions)
         unsheared = forces_in_plane(self.additions)[0, 1] == 0.0 and mirrors_itself(self.section, 0.0)
@@ -263,17 +262,19 @@ class Plate:
         return replace(cells, halved=(equal and left == right, equal and bottom == top))
 
     def _check_size(self, count: float) -> None:
-        """Raise a ValueError for more degrees of freedom than fit in memory."""
+        """Raise a ValueError if there are more degrees of freedom than fit in memory."""
         if count > MOST and not self.shape.fixed:
             raise ValueError(f"highest_frequency: requires {count:.2g} unknowns; is the plate in millimetres?")
 
     def wall(self, face: str) -> Section:
-        """Return the wall with the material that is struck on a face."""
+        """Return the wall that is struck on a face."""
         return self.material.section("back") if face == "back" and isinstance(self.material, Laminate) else self.section
 
     def _assembled(self, mesh: PlateMesh, held: Mapping[Tag, Support], copies: int) -> tuple[Assembled, Matrices]:
-        """Return the plate on a mesh, and its matrices as often as it continues beyond its edges; kept where one mesh
-        serves all contacts."""
+        """Return the plate on a mesh, and its matrices times the number of mirror images.
+
+        They are kept if one mesh serves all contacts.
+        """
         if copies in self._kept:
             return self._kept[copies]
         if self._kept:
@@ -286,7 +287,7 @@ class Plate:
         return entry
 
     def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
-        """Return how the plate was made and where it is struck, as plain data."""
+        """Return the arguments of the plate and its contacts, as plain data."""
         held = asdict(self.supports) if isinstance(self.supports, Supports) else {
             name: asdict(support) if isinstance(support, ElasticEdge) else support
             for name, support in self._edges.items()
@@ -314,5 +315,5 @@ class Plate:
 
 
 def _struck_again(plate: Plate, *place: Any) -> Structure:
-    """Return the plate struck at the place; a default mesh follows the contact."""
+    """Return the plate struck at the place; a default frequency depends on the contact time."""
     return replace(plate, highest_frequency=None if plate._follows else plate.highest_frequency).at(*place)

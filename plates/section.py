@@ -1,4 +1,4 @@
-"""The wall of a plate as its theory uses it: bending and shear stiffness, mass; of one material or of layers."""
+"""The wall of a plate for its theory: bending stiffness, shear stiffness and mass, of one material or of layers."""
 
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any
@@ -11,9 +11,9 @@ from structures.quantities import Quantity
 from structures.structure import Vector
 
 SHEAR_CORRECTION = 5.0 / 6.0  # Reissner's factor of the transverse shear stiffness of a homogeneous plate
-# Directions in which D(φ) is sampled: its mean is exact to rounding unless the stiffnesses differ extremely.
+# Number of directions for the mean of D(φ), which is exact to rounding unless the stiffnesses differ extremely
 DIRECTIONS = 720
-ROUNDING = 1e-9  # Part of a stiffness below which an entry counts as zero
+ROUNDING = 1e-9  # Fraction of a stiffness below which an entry counts as zero
 ShearCorrection = Annotated[float, Quantity()]
 
 
@@ -30,7 +30,7 @@ class Section:
 
     @property
     def walls(self) -> list[tuple[Vector, Vector, float]]:
-        """Bending stiffness, shear stiffness, and part of the rotary inertia of each wall in Mindlin's theory: one."""
+        """Bending stiffness, shear stiffness, and part of the rotary inertia of each wall in Mindlin's theory."""
         return [(self.bending, self.shear, 1.0)]
 
     @property
@@ -53,9 +53,9 @@ def homogeneous_section(thickness: float, material: Material, shear_correction: 
 def flexural_wavelength(
     mass: float, rigidity: float, frequency: float, rotary_inertia: float = 0.0, shear: float = np.inf
 ) -> float:
-    """Return the length of flexural waves in Mindlin's theory, m: 2π/k with the larger root k of
-    D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0; rotary inertia J in kg, shear stiffness S in N/m. Kirchhoff's
-    theory has neither."""
+    """Return the flexural wavelength 2π/k, m, with the larger root k of
+    D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0. J: rotary inertia, kg; S: shear stiffness, N/m. Kirchhoff's theory
+    has neither."""
     circular = 2.0 * np.pi * frequency
     linear = (rotary_inertia + mass * rigidity / shear) * circular**2
     constant = mass * circular**2 * (1.0 - rotary_inertia * circular**2 / shear)
@@ -64,9 +64,9 @@ def flexural_wavelength(
 
 
 def stiffness_towards(section: Section, angle: Vector) -> Vector:
-    """Return the bending stiffness D(φ) that a flexural wave travelling at angles φ (rad, from x to y) meets, N m.
+    """Return the bending stiffness D(φ) for flexural waves at angles φ from x towards y (rad), N m.
 
-    D₁₁c⁴ + 2(D₁₂ + 2D₆₆)c²s² + D₂₂s⁴ + 4D₁₆c³s + 4D₂₆cs³: a wave along φ bends the plate by (c², s², 2cs).
+    A wave along φ bends the plate by (c², s², 2cs), so D(φ) = D₁₁c⁴ + 2(D₁₂ + 2D₆₆)c²s² + D₂₂s⁴ + 4D₁₆c³s + 4D₂₆cs³.
     """
     curvature = np.array([np.cos(angle) ** 2, np.sin(angle) ** 2, np.sin(2.0 * angle)])
     towards: Vector = np.einsum("i...,ij,j...->...", curvature, section.bending, curvature)
@@ -74,8 +74,10 @@ def stiffness_towards(section: Section, angle: Vector) -> Vector:
 
 
 def mirrors_itself(section: Section, angle: float) -> bool:
-    """Return whether the wall is its own mirror image in a line at an angle from x, rad: in axes along the line bending
-    does not twist the wall (D₁₆ = D₂₆ = 0) and the shear stiffness is diagonal."""
+    """Return whether the wall is symmetric about a line at an angle from x, rad.
+
+    In axes along the line, bending then does not twist the wall (D₁₆ = D₂₆ = 0), and the shear stiffness is diagonal.
+    """
     c, s = np.cos(angle), np.sin(angle)
     bend = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
     shear = np.array([[c, s], [-s, c]])
@@ -87,10 +89,10 @@ def mirrors_itself(section: Section, angle: float) -> bool:
 
 
 def all_around(section: Section) -> Vector:
-    """`stiffness_towards` in directions spread evenly over half a turn; the other half is the same."""
+    """Return `stiffness_towards` in evenly spaced directions over half a turn; the other half is the same."""
     return stiffness_towards(section, np.linspace(0.0, np.pi, DIRECTIONS, endpoint=False))
 
 
 def point_rigidity(section: Section) -> float:
-    """Return D of the isotropic plate with the same impedance at a point, N m: that of the mean of 1/√D(φ)."""
+    """Return D of the isotropic plate with the same point impedance, N m: 1/√D is the mean of 1/√D(φ)."""
     return float(np.mean(all_around(section) ** -0.5) ** -2)

@@ -5,19 +5,19 @@ from typing import Annotated
 from structures.described import described, described_as
 from structures.quantities import Asks, OneOf, Quantity
 
-KINDS = ("clamped", "simple", "soft simple", "free", "symmetry")  # Ways to hold an edge other than springs
+KINDS = ("clamped", "simple", "soft simple", "free", "symmetry")  # Supports of an edge that are not springs
 
 
 @described
 class ElasticEdge:
-    """An edge on springs. With an infinite translation stiffness it is "simple", with both infinite "clamped".
+    """An edge on springs. An infinite translation stiffness makes it "simple"; if both are infinite it is "clamped".
 
     Parameters
     ----------
     translation : float
-        Force per deflection and length of the edge, N/m²; 0 or more.
+        Force per deflection and length of the edge, N/m²; zero or more.
     rotation : float
-        Moment per slope across the edge and length of the edge, N; 0 or more.
+        Moment per slope across the edge and length of the edge, N; zero or more.
 
     Examples
     --------
@@ -35,14 +35,14 @@ Edge = Annotated[Support, Asks('"clamped", "simple", "free", "symmetry", or { tr
 
 @described_as("Supports(left=, right=, bottom=, top=)")
 class Supports:
-    """How the edges of a rectangle are held. x runs from left to right, y from bottom to top.
+    """The supports of the edges of a rectangle. x runs from left to right, y from bottom to top.
 
     Parameters
     ----------
     left, right, bottom, top : str or ElasticEdge
-        "clamped": no deflection and no slope. "simple": no deflection; in Mindlin's theory no rotation along the edge
-        either. "soft simple": no deflection only. "free". "symmetry": no slope across the edge, beyond which the plate
-        continues as its mirror image. Or springs, an ElasticEdge.
+        "clamped": no deflection and no slope. "simple": no deflection; in Mindlin's theory also no rotation along the
+        edge. "soft simple": only no deflection. "free": no support. "symmetry": no slope across the edge, beyond which
+        the plate continues as its mirror image. An ElasticEdge: springs.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Ground floor: elastic bodies as linear second-order systems. It knows no other room."""
+"""Elastic bodies as linear second-order systems. This package imports none of the others."""

@@ -1,4 +1,4 @@
-"""Input checks shared by every room, and the words of messages: the argument, its value and what would be right."""
+"""Checks of arguments, and the wording of their messages: the argument, its value, and what it must be."""
 
 import inspect
 import math
@@ -18,20 +18,20 @@ Kind = TypeVar("Kind")
 
 LONGEST_VALUE_TEXT = 100  # Characters of a value that a message shows: one line of a terminal, without the name.
 
-# Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float.
+# Types that float() accepts, but that are not numbers, lose a part, or cannot be multiplied by a float.
 NO_NUMBERS = (str, bytes, bool, Decimal, np.bool_, np.complexfloating, np.datetime64, np.timedelta64)
 
-# The least likeness of a misspelt word, and of one that is a part of a name, from 0 to 1.
+# The least similarity, from 0 to 1, of a misspelt word to a name, and to a part of a name.
 LIKENESS, PART_LIKENESS = 0.6, 0.75
 
-# No quantity in SI units is larger, and products of three stay within floating point; a smaller one counts as zero.
+# No quantity in SI units is larger, and a product of three stays within floating point. Smaller numbers become zero.
 SMALLEST, LARGEST = 1e-100, 1e100
 
-MOST = 2**53  # The largest count: larger floats hold no single whole numbers.
+MOST = 2**53  # The largest count. Above it, floats cannot represent every whole number.
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float; a ValueError if it is not a finite number, or larger than any quantity can be."""
+    """Return `value` as a float; raise a ValueError if it is not finite, or larger than any quantity can be."""
     try:
         number = math.nan if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) != 0 else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -39,16 +39,16 @@ def finite(name: str, value: float, unit: str = "") -> float:
     if not math.isfinite(number):
         raise ValueError(f"{name} = {short(value)}: must be a finite number{_of(unit)}")
     if abs(number) > LARGEST:
-        raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in size{_of(unit)}")
+        raise ValueError(f"{name} = {short(value)}: must lie between {-LARGEST:g} and {LARGEST:g}{unit and f' {unit}'}")
     return number if abs(number) >= SMALLEST else 0.0
 
 
 def within(
     name: str, value: float, low: float, high: float, unit: str = "", or_zero: bool = False, ends: bool = True
 ) -> float:
-    """Return `value` as a float; a ValueError if it lies outside a range. An end of zero is excluded.
+    """Return `value` as a float; raise a ValueError if it lies outside a range. An end of zero is excluded.
 
-    or_zero: zero is valid, whatever the range. ends: the ends other than zero are valid.
+    or_zero: zero is valid whatever the range. ends: the ends of the range, unless they are zero, are valid.
     """
     number = finite(name, value, unit)
     if low < number < high or (or_zero and number == 0.0) or (ends and number in (low, high) and number != 0.0):
@@ -105,8 +105,13 @@ def each(
     return numbers
 
 
+def plain(result: NDArray[np.float64]) -> Any:
+    """Return an array, or a float if it has no dimension."""
+    return float(result) if np.ndim(result) == 0 else result
+
+
 def several(value: object) -> TypeGuard[Sequence[Any]]:
-    """Return whether it is a sequence of any length, or an array that is no single number; text is none."""
+    """Return whether it is a sequence or an array of at least one dimension; a text does not count as a sequence."""
     if isinstance(value, np.ndarray):
         return value.ndim > 0
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)
@@ -123,7 +128,7 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
 
 
 def coordinates(name: str, values: object, names: Sequence[str] = ("x", "y")) -> tuple[float, ...]:
-    """Return the values as a tuple of floats in m, as many as the names, or raise a ValueError."""
+    """Return the values as a tuple of floats in m, one for each name; raise a ValueError for any other number."""
     items = list(values) if several(values) else []
     if len(items) != len(names):
         raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
@@ -138,12 +143,12 @@ def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
 
 
 def function(name: str, value: Any, count: int, what: str) -> Any:
-    """Return `value`; a ValueError if it is no function of `count` arguments. A class is none: its object is meant."""
+    """Return `value`; raise a ValueError if it is not a function of `count` arguments. A class does not count."""
     if not callable(value) or isinstance(value, type):
         raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
     try:
         signature = inspect.signature(value)
-    except (TypeError, ValueError):  # of some functions that are written in C
+    except (TypeError, ValueError):  # some functions written in C have no signature
         return value
     try:
         signature.bind(*[None] * count)
@@ -153,18 +158,18 @@ def function(name: str, value: Any, count: int, what: str) -> Any:
 
 
 def existing(what: str, path: Path) -> Path:
-    """Return the path of a regular file, or raise a ValueError. Files under /proc may wait for ever.
+    """Return the path of a regular file, or raise a ValueError. Reading a file under /proc may never end.
 
-    what: how messages begin.
+    what: the beginning of messages.
     """
     if not path.is_file() or path.resolve().is_relative_to("/proc"):
-        is_there = "is no regular file" if os.path.lexists(path) else "there is no such file"
-        raise ValueError(f"{what}: {'is a folder; give a file in it' if path.is_dir() else is_there}")
+        fault = "is not a regular file" if os.path.lexists(path) else "there is no such file"
+        raise ValueError(f"{what}: {'is a folder; give a file in it' if path.is_dir() else fault}")
     return path
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
-    """Return `value`; otherwise a ValueError that lists the choices and the nearest ones."""
+    """Return `value`; raise a ValueError with the choices and the nearest ones if it is not one of them."""
     if not isinstance(value, str) or value not in choices:
         hint = did_you_mean(value, choices)
         raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint and f' ({hint})'}")
@@ -172,8 +177,10 @@ def one_of(name: str, value: str, choices: Collection[str]) -> str:
 
 
 def near(word: object, choices: Iterable[str]) -> list[str]:
-    """Return the choices that a wrong word may mean, whatever its case: the one most like it; or those that have it, or
-    a word like it, as one of their words: steel 316 and steel 440C for "steal"."""
+    """Return the choices that a wrong word may mean, in upper or lower case.
+
+    It is the most similar choice; or else all choices with a similar word: steel 316 and steel 440C for "steal".
+    """
     guess, lower = str(word).lower(), {choice.lower(): choice for choice in choices}
     if matches := [guess] if guess in lower else get_close_matches(guess, lower, 1, LIKENESS):
         return [lower[matches[0]]]
@@ -183,19 +190,19 @@ def near(word: object, choices: Iterable[str]) -> list[str]:
 
 
 def did_you_mean(word: object, choices: Iterable[str], shown: Callable[[str], str] = repr) -> str:
-    """The question for the end of a message; empty where nothing is near."""
+    """Return the question "did you mean …?" for the end of a message, or "" if no choice is near."""
     matches = near(word, choices)
     return f"did you mean {' or '.join(map(shown, matches))}?" if matches else ""
 
 
 def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
-    """The end of a message: the names that may be meant, or all of them where none is near and they are few."""
+    """Return the end of a message: the nearest names, or all of them if none is near and they are few."""
     every = f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
     return did_you_mean(word, choices, str) or every
 
 
 def count_of(number: int, word: str, many: str = "") -> str:
-    """Return a number and what it counts: "1 entry", "2 entries". many: the plural, where more than its end differs."""
+    """Return a number and what it counts: "1 entry", "2 entries". many: an irregular plural."""
     plural = many or (f"{word[:-1]}ies" if word.endswith("y") else f"{word}s")
     return f"{number} {word if number == 1 else plural}"
 
@@ -204,13 +211,13 @@ def short(value: object) -> str:
     """Return a value as a short text on one line; the value may be a whole chain."""
     try:
         text = " ".join(repr(value).split())
-    except ValueError:  # of an integer with thousands of digits
+    except ValueError:  # an integer with thousands of digits
         return f"{type(value).__name__} of thousands of digits"
     return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 
 def html_table(title: str, rows: Sequence[tuple[str, str]]) -> str:
-    """Return a table of names and values under a title, by which notebooks show an object."""
+    """Return an HTML table of names and values under a title, with which notebooks show an object."""
     left = ' style="text-align: left"'  # notebooks align cells to the right, which suits numbers but not words
     cells = "".join(f"<tr><th{left}>{escape(name)}</th><td{left}>{escape(value)}</td></tr>" for name, value in rows)
     caption = f'<caption style="text-align: left; font-weight: bold; white-space: nowrap">{escape(title)}</caption>'
@@ -222,5 +229,5 @@ def _of(unit: str) -> str:
 
 
 def _of_class(value: object) -> str:
-    """Return what to write where a class was given for an object of it."""
+    """Return a hint for a message if a class was given instead of an object."""
     return f"; {value.__name__} is a class, so write {value.__name__}(...)" if isinstance(value, type) else ""

@@ -1,4 +1,4 @@
-"""Damping of structures, and losses inside beads that vibrate. Damping that is added never supplies energy."""
+"""Damping of structures, and losses inside beads that vibrate. Added damping never supplies energy."""
 
 from dataclasses import replace
 from typing import Annotated, Any
@@ -6,10 +6,9 @@ from typing import Annotated, Any
 import numpy as np
 from scipy import sparse
 
-from structures.bodies.rod import Layer, rod_parts
+from structures.bodies.rod import Layer, layer_matrices
 from structures.checks import instance, whole
 from structures.described import described, described_as, description
-from structures.fineness import fineness
 from structures.material import Material
 from structures.maxwell import maxwell_arms, root_of, with_arms
 from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
@@ -17,7 +16,7 @@ from structures.structure import Structure, Vector, known_field
 
 
 class Viscous:
-    """Damping of structures, or inside deformable beads: the base of Modal, Rayleigh, StandardLinearSolid, and yours.
+    """The base class of damping in structures or deformable beads: Modal, Rayleigh, StandardLinearSolid, your own.
 
     Examples
     --------
@@ -26,25 +25,25 @@ class Viscous:
     """
 
     def of_modes(self, frequencies: Vector) -> Vector:
-        """Return the rates c of the loss c q′ of modes inside beads, 1/s, from their angular frequencies, rad/s."""
-        raise ValueError(f"damping = {self!r}: acts on structures only")
+        """Return the rates c of the losses c q′ of modes inside beads, 1/s, from their angular frequencies, rad/s."""
+        raise ValueError(f"damping = {self!r}: must not be inside beads; it acts on structures only")
 
     def of_structure(self, structure: Structure) -> Structure:
         """Return the structure with this damping."""
-        raise ValueError(f"damping = {self!r}: acts inside beads only")
+        raise ValueError(f"damping = {self!r}: must not be on a structure; it acts inside beads only")
 
 
 @described
 class Modal(Viscous):
-    """A damping ratio that all modes have: each vibration loses the part 4πζ of its energy in a period.
+    """The same damping ratio ζ for all modes: each vibration loses the fraction 4πζ of its energy in a period.
 
-    A structure must consist of oscillators, as `reduce` returns. A structural loss factor η is ζ = η/2: at its
+    A structure must consist of oscillators, such as `reduce` returns. A structural loss factor η means ζ = η/2: at its
     resonance each oscillator loses as much as with the stiffness K(1 + iη) (Crandall, J. Sound Vib. 11 (1970) 3).
 
     Parameters
     ----------
     ratio : float
-        Damping ratio ζ, zero or more; 1 is critical damping, and ζ of beads is below it.
+        Damping ratio ζ, zero or more; 1 is critical damping. In beads ζ must be below 1.
 
     Examples
     --------
@@ -63,7 +62,7 @@ class Modal(Viscous):
     def of_structure(self, structure: Structure) -> Structure:
         """Return 2 ζ ω for each oscillator."""
         if not structure.is_modal:
-            raise ValueError(f"structure: its {structure.size} degrees of freedom are not modes; reduce it first")
+            raise ValueError("structure: must consist of modes; reduce it first")
         rates = 2.0 * self.ratio * np.sqrt(structure.stiffness.diagonal())
         return _damped(structure, sparse.diags_array(rates), self) if rates.any() else structure
 
@@ -72,22 +71,22 @@ class Modal(Viscous):
 def loss_factor(factor: Annotated[float, Quantity(or_zero=True)]) -> Modal:
     """Modal damping with a structural loss factor η = 2ζ."""
     if factor > 1.0:
-        raise ValueError(f"factor = {factor!r}: must lie between 0 and 1; it is η = 2ζ, not a percentage")
+        raise ValueError(f"factor = {factor!r}: must lie between 0 and 1, as η = 2ζ is not a percentage")
     return Modal(factor / 2.0)
 
 
 @described_as(called="Rayleigh")
 class Rayleigh(Viscous):
-    """Damping in proportion to mass and stiffness, α M + β K: ζ = α/2ω + βω/2 of a mode of the frequency ω.
+    """Damping in proportion to mass and stiffness, α M + β K: ζ = α/2ω + βω/2 for a mode of angular frequency ω.
 
-    Inside a bead it damps the vibrations alone; `dissipation=hl.KuwabaraKono(β)` is the same loss in its contacts.
+    Inside a bead it damps only the vibrations; `dissipation=hl.KuwabaraKono(β)` is the same loss in the contacts.
 
     Parameters
     ----------
     mass_rate : float
         α, 1/s, zero or more. The rigid motion of a bead stays undamped.
     stiffness_time : float
-        β, s, zero or more. A structure takes it before it gets Maxwell arms.
+        β, s, zero or more. Add it to a structure before any StandardLinearSolid.
 
     Examples
     --------
@@ -103,7 +102,7 @@ class Rayleigh(Viscous):
         return self.mass_rate + self.stiffness_time * frequencies**2
 
     def of_structure(self, structure: Structure) -> Structure:
-        """Return α M + β K added to the damping."""
+        """Return the structure with α M + β K added to its damping."""
         alpha, beta = self.mass_rate, self.stiffness_time
         if beta > 0.0 and maxwell_arms(structure) is not None:
             raise ValueError(f"stiffness_time = {beta!r}: add Rayleigh before StandardLinearSolid")
@@ -114,19 +113,19 @@ class Rayleigh(Viscous):
 
 @described_as(called="standard linear solid")
 class StandardLinearSolid(Viscous):
-    """A viscoelastic solid (Zener): a Maxwell arm, spring and dashpot in series, in parallel to its stiffness.
+    """A viscoelastic solid (Zener): a Maxwell arm (spring and dashpot in series) parallel to the elastic stiffness.
 
-    Its modulus E(ω) = E + E₁ iωτ / (1 + iωτ) relaxes from E + E₁ under sudden loads to E under slow ones. Reduce a
-    large body of one material first: each mode then takes the same arm, exactly. It acts on structures, not in beads.
+    The modulus E(ω) = E + E₁ iωτ / (1 + iωτ) relaxes from E + E₁ under sudden loads to E under slow loads. It acts on
+    structures, not in beads. Reduce a large body of one material first: each mode then has the same arm, exactly.
 
     Parameters
     ----------
     share : float
-        E₁ of the arm, in units of the modulus of the material.
+        E₁ of the arm, as a fraction of the modulus of the material.
     time : float
         Relaxation time τ of the stress in the arm at constant strain, s.
     modulus : {"relaxed", "instantaneous"}
-        Which modulus the material has: that of slow loads, or that of sudden ones, of which `share` < 1 relaxes.
+        Meaning of the material's modulus: that for slow loads, or that for sudden loads, of which `share` < 1 relaxes.
 
     Examples
     --------
@@ -141,10 +140,10 @@ class StandardLinearSolid(Viscous):
 
     def __post_init__(self) -> None:
         if self.modulus == "instantaneous" and self.share >= 1.0:
-            raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")
+            raise ValueError(f"share = {self.share!r}: must be below 1 for an instantaneous modulus")
 
     def of_structure(self, structure: Structure, part: int | None = None) -> Structure:
-        """Return the structure with arms in parallel to its stiffness, or to the part of a layer in it."""
+        """Return the structure with arms in parallel to its stiffness, or to the contribution of one layer."""
         if structure.size == 0:
             return structure
         arms = maxwell_arms(structure)
@@ -156,7 +155,7 @@ class StandardLinearSolid(Viscous):
         elif arms is None:
             added = structure.stiffness
         else:
-            raise ValueError("part: the structure has Maxwell arms already; give the layer on which this one acts")
+            raise ValueError("part: the structure has Maxwell arms already; must be the layer of the new ones")
         added = self.share * added
         structure = replace(structure, origin=_noted(structure, self, **({} if part is None else {"layer": part})))
         held = structure.stiffness + added if self.modulus == "relaxed" else structure.stiffness
@@ -164,16 +163,16 @@ class StandardLinearSolid(Viscous):
 
 
 def damped(structure: Structure, damping: Viscous, part: int | None = None) -> Structure:
-    """Add damping to a structure; it never supplies energy.
+    """Add damping to a structure.
 
     Parameters
     ----------
     structure : Structure
         The structure to damp. Call the function again for each further damping.
     damping : Rayleigh, Modal or StandardLinearSolid
-        What is added.
+        The damping to add; it never supplies energy.
     part : int, optional
-        The layer of a rod or a cylinder, or the material of a solid, from 0, on which a StandardLinearSolid acts alone.
+        The layer of a rod or a cylinder, or the material of a solid, on which a StandardLinearSolid acts, from 0.
 
     Returns
     -------
@@ -193,18 +192,19 @@ def damped(structure: Structure, damping: Viscous, part: int | None = None) -> S
     elif isinstance(damping, StandardLinearSolid):
         made = damping.of_structure(structure, part)
     else:
-        raise ValueError(f"part: only a StandardLinearSolid acts on a part, not {damping!r}")
+        raise ValueError(f"part: must be None for {damping!r}; only a StandardLinearSolid acts on a part")
     return made if made is structure else made.made_from(structure, damped, damping, part)
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """Return the part of each layer of a rod or a cylinder, or each material of a solid, in its stiffness, N/m."""
+    """Return the contribution of each layer of a rod or a cylinder, or each material of a solid, to K, N/m."""
     origin = structure.origin
     if origin.get("kind") != "rod" or "reduction" in origin:
         return known_field(structure).stiffness_parts()
     layers = [Layer(**{**layer, "material": Material(**layer["material"])}) for layer in origin["layers"]]
-    counts = set(origin["elements"])
-    return rod_parts(layers, origin["base"], counts.pop() // fineness().cells if len(counts) == 1 else None)
+    _, springs = layer_matrices(layers, origin["elements"])
+    free = np.delete(np.arange(springs[0].shape[0]), [sum(origin["elements"])] if origin["base"] == "fixed" else [])
+    return [part[free][:, free] for part in springs]
 
 
 def _damped(structure: Structure, matrix: sparse.sparray, damping: Viscous) -> Structure:

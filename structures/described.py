@@ -1,4 +1,4 @@
-"""What users construct, described once by its signature: checked arguments, plain data, and a kind for case files."""
+"""Signatures as declarations: they give the checks of arguments, the plain data of origins, and the kinds of cases."""
 
 import inspect
 import re
@@ -14,12 +14,12 @@ from structures.quantities import Quantity
 Thing = TypeVar("Thing", bound=Callable[..., Any])
 
 _ALL: dict[tuple[str, str], "Described"] = {}
-"""All that is described, by module and name: what is defined again, as in a notebook, replaces what it was."""
+"""All descriptions by module and name. A cell of a notebook that runs again replaces its earlier definition."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter: its type without None and without notes, its notes, its default, and whether it may be None."""
+    """A parameter: its type without None and notes, its notes (from Annotated), its default, whether it may be None."""
 
     name: str
     type: Any
@@ -34,22 +34,22 @@ class Parameter:
 
     @cached_property
     def members(self) -> list[tuple[Any, tuple[Any, ...]]]:
-        """The types that it may have, where there are several, each with its notes."""
+        """The types of a union, each with its notes; empty for a single type."""
         return [noted(member) for member in get_args(self.type)] if get_origin(self.type) is Union else []
 
     @cached_property
     def quantity(self) -> Quantity | None:
-        """Its quantity, where it is, or may be, a number."""
+        """Its quantity, if it is or may be a number."""
         notes = [*self.notes, *(note for _, own in self.members for note in own)]
         return next((note for note in notes if isinstance(note, Quantity)), None)
 
     def checked(self, value: Any) -> Any:
-        """Return an argument that is what the annotation says, a number as a float; raise a ValueError otherwise."""
+        """Return an argument that fits the annotation, a number as a float; raise a ValueError otherwise."""
         kind, notes = self.type, self.notes
         if self.members:
-            # Of a protocol nobody knows what is one.
-            plain = [one for one, its in self.members if not its and inspect.isclass(one)]
-            if any(isinstance(value, one) for one in plain if not getattr(one, "_is_protocol", False)):
+            # isinstance() cannot tell whether an object fits a protocol.
+            plain = [member for member, own in self.members if not own and inspect.isclass(member)]
+            if any(isinstance(value, member) for member in plain if not getattr(member, "_is_protocol", False)):
                 return value
             kind, notes = next((member for member in self.members if member[1]), (Any, ()))
         checks = [note for note in notes if hasattr(note, "check")]
@@ -63,12 +63,12 @@ class Parameter:
 
 
 class Described:
-    """A class or a function, and what its signature says of it."""
+    """A class or a function with its parameters, and its names in messages, origins and case files."""
 
     def __init__(self, target: Any, what: str = "", called: str = "", also: tuple[str, ...] = ()) -> None:
         self.target, self.name, self.also = target, target.__name__, also
         self.kind = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", self.name).lower()
-        """Its name as case files spell it: linear_dashpot of LinearDashpot."""
+        """Its name in case files: linear_dashpot for LinearDashpot."""
         self.called = called or self.kind
         self.what = what or f"{'an' if self.name[0] in 'AEIOU' else 'a'} {self.name}"
 
@@ -86,23 +86,23 @@ class Described:
 
     @property
     def makes(self) -> Any:
-        """The class itself, or what the function returns."""
+        """The class itself, or the return type of the function."""
         return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
 
     @property
     def builds(self) -> bool:
-        """Whether it makes something anew; a function that changes a structure takes one."""
+        """Whether it makes a new object; a function that changes a structure takes one as an argument."""
         return all(parameter.type is not self.makes for parameter in self.parameters.values())
 
     def checked(self, values: Mapping[str, Any], owner: str) -> dict[str, Any]:
-        """Return what checks change of the arguments: numbers become floats.
+        """Return the given arguments as the checks convert them: numbers become floats.
 
-        A ValueError names the first argument that is wrong; then warnings say what is odd.
+        The first wrong argument raises a ValueError. If all are right, warnings name improbable ones.
         """
         changed: dict[str, Any] = {}
         for name, parameter in self.parameters.items():
             value = values.get(name, parameter.default)
-            # A default that stands for something else, as None or infinity, is no value of the quantity.
+            # A default such as None or infinity need not be a valid value of the quantity.
             if value is parameter.default or (type(value) is float and value == parameter.default):
                 continue
             if value is not None or not parameter.may_be_none:
@@ -116,21 +116,21 @@ class Described:
 
 @dataclass_transform(frozen_default=True)
 def described(target: Thing) -> Thing:
-    """Describe a class or a function by its signature: a part that hertzlink checks, stores and varies.
+    """Declare a class or a function as a part of hertzlink, by its signature.
 
-    A class becomes a frozen dataclass. Parameters with a quantity, such as `Length`, are checked, and warn where the
-    number is probably in another unit. A structure notes the arguments of its function in its `origin`. Case files use
-    the part by its name: `kind = "cantilever"` with `hertzlink run case.toml --with mine.py`.
+    A class becomes a frozen dataclass. Arguments are checked, and a number that is probably in another unit causes a
+    warning. The `origin` of a structure records the arguments of the function that made it. Case files use the part by
+    its name: `kind = "cantilever"` with `hertzlink run case.toml --with mine.py`.
 
     Parameters
     ----------
     target : class or function
-        Its annotations say what its parameters are: `length: hl.quantities.Length`, `material: hl.Material`.
+        Annotations declare its parameters: `length: hl.quantities.Length`, `material: hl.Material`.
 
     Returns
     -------
     class or function
-        The same, with checks. A ValueError names a parameter without an annotation.
+        The same, with checks. A parameter without an annotation raises a ValueError.
 
     Examples
     --------
@@ -149,10 +149,10 @@ def described(target: Thing) -> Thing:
 def described_as(
     what: str = "", called: str = "", also: tuple[str, ...] = (), eq: bool = True
 ) -> Callable[[Thing], Thing]:
-    """Return `described` with settings of its own.
+    """Return `described` with settings.
 
-    what: the words in which messages ask for it. called: its kind in the origin of a structure. also: other kinds that
-    a case file may use for it. eq: whether objects of a class with equal fields are equal, which arrays do not say.
+    what: the words with which messages ask for it. called: its kind in the origin of a structure. also: other kinds
+    that a case file may use for it. eq: whether objects with equal fields are equal; arrays cannot be compared so.
     """
 
     def describe(target: Any) -> Any:
@@ -160,7 +160,7 @@ def described_as(
         for name, parameter in inspect.signature(product).parameters.items():
             if parameter.annotation is parameter.empty:
                 raise ValueError(
-                    f"{target.__name__}: {name} has no annotation, must have one, such as {name}: float or "
+                    f"{target.__name__}: {name} must have an annotation, such as {name}: float or "
                     f"{name}: hl.quantities.Length, by which its arguments are checked"
                 )
         product.__described__ = Described(product, what, called, also)
@@ -171,31 +171,31 @@ def described_as(
 
 
 def checked_call(target: Thing) -> Thing:
-    """Return a function or method that checks its arguments by their annotations, and is no part of a case."""
+    """Return a function or method that checks its arguments by their annotations; case files cannot use it."""
     made: Any = _function(target)
     made.__described__ = Described(made)
     return made  # type: ignore[no-any-return]
 
 
 def description(thing: Any) -> Described | None:
-    """Return what is known of a class or a function; None where it is not described."""
+    """Return the description of a class or a function; None if it has none."""
     return vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
 
 
 def registered() -> tuple[Described, ...]:
-    """Return all that is described."""
+    """Return all descriptions."""
     return tuple(_ALL.values())
 
 
 def of_family(base: type) -> Iterator[Described]:
-    """Yield what makes an object of a class."""
+    """Yield the descriptions of everything that makes an object of a class."""
     for entry in registered():
         if inspect.isclass(entry.makes) and base in entry.makes.__mro__ and not inspect.isabstract(entry.makes):
             yield entry
 
 
 def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """Return the type of an annotation, without None, and what is noted on it."""
+    """Return the type of an annotation, without None, and its notes."""
     if get_origin(hint) is Annotated:
         kind, more = noted(get_args(hint)[0])
         return kind, (*more, *hint.__metadata__)
@@ -208,18 +208,18 @@ def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 def _hints(target: Any) -> dict[str, Any]:
     try:
         return get_type_hints(target, include_extras=True)
-    except NameError:  # of a name that only type checkers import
+    except NameError:  # a name that only type checkers import
         return dict(inspect.get_annotations(target))
 
 
 def _class(target: Any, eq: bool) -> Any:
-    if "__init__" in vars(target):  # what it makes of its arguments are no fields
+    if "__init__" in vars(target):  # its arguments need not be its fields
         target.__init__ = checked_call(target.__init__)
         return target
     before = getattr(target, "__post_init__", None)
 
     def __post_init__(self: Any) -> None:
-        # Of classes that derive from each other the last one that is described checks all.
+        # Only the most derived class checks, so that no argument is checked twice.
         entry: Described = type(self).__described__
         if entry.target is product:
             called = vars(self).get("name", "")
@@ -242,11 +242,11 @@ def _function(target: Any) -> Any:
         try:
             bound = signature.bind(*arguments, **named)
         except TypeError:
-            return target(*arguments, **named)  # Python names what is wrong with the call.
+            return target(*arguments, **named)  # Python says what is wrong with the call
         entry: Described = called.__described__  # type: ignore[attr-defined]
         bound.arguments.update(entry.checked(bound.arguments, entry.name))
         product = target(*bound.args, **bound.kwargs)
-        # A Dataset searches its names for what resembles one that it does not have: the type comes first.
+        # The type comes first, because hasattr() is slow on a Dataset that lacks the name.
         has_origin = is_dataclass(product) and hasattr(product, "origin")
         if has_origin and entry.builds and product.origin.get("kind", entry.called) == entry.called:
             bound.apply_defaults()

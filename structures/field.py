@@ -1,4 +1,4 @@
-"""Fields of a body: the points where they are evaluated, and displacement and stress there from degrees of freedom."""
+"""Fields of a body: displacement and stress at the points of a grid, from degrees of freedom."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ Whole = NDArray[np.int64]
 
 
 class Grid(NamedTuple):
-    """The points and cells of a drawn field; a point where materials meet appears for each, because stress jumps."""
+    """Points and cells of a field. A point where materials meet appears once for each, because stress jumps there."""
 
     points: Numbers  # p × 3, m
     cells: Whole  # c × corners, in VTK's order
@@ -24,7 +24,7 @@ class Grid(NamedTuple):
 
 
 class Sampler(Protocol):
-    """What a theory gives of its body, for a Field to evaluate; displacement and stress are linear in u."""
+    """The evaluation of fields that a theory provides for a Field; displacement and stress are linear in u."""
 
     @property
     def grid(self) -> Grid: ...
@@ -38,18 +38,18 @@ class Sampler(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """The fields of a Structure. It builds its Sampler at the first evaluation and keeps it.
+    """The fields of a Structure. The Sampler is built at the first evaluation and kept.
 
-    u may be longer than `size`: the entries that follow belong to Maxwell arms, not to the body.
+    u may have more than `size` entries: those beyond belong to Maxwell arms, not to the body.
     """
 
     make: Callable[[], Sampler] = field(repr=False)
     count: int  # degrees of freedom of the body
-    basis: Numbers | None = field(default=None, repr=False)  # count × vectors, of which u are the coefficients
+    basis: Numbers | None = field(default=None, repr=False)  # count × vectors; u holds their coefficients
 
     @cached_property
     def sampler(self) -> Sampler:
-        """What evaluates the fields."""
+        """The sampler that evaluates the fields."""
         return self.make()
 
     @property
@@ -71,22 +71,22 @@ class Field:
         return self.sampler.stress(self._of_body(u))
 
     def von_mises(self, u: Numbers) -> Numbers:
-        """Return the von Mises equivalent of `stress`, p, Pa."""
+        """Return the von Mises equivalent stress, p, Pa."""
         return von_mises(self.stress(u))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """Return the contribution of each material to the stiffness, size × size, N/m; without elastic supports."""
+        """Return the contribution of each material to the stiffness, size × size, N/m, without elastic supports."""
         parts, basis = self.sampler.stiffness_parts(), self.basis
         return parts if basis is None else [sparse.csr_array(basis.T @ (part @ basis)) for part in parts]
 
     def in_basis(self, vectors: Numbers) -> "Field":
-        """Return the fields of a structure that is reduced to these vectors, size × number of vectors."""
+        """Return the field of a structure that is reduced to these vectors, size × number of vectors."""
         return replace(self, basis=vectors if self.basis is None else self.basis @ vectors)
 
     def _of_body(self, u: Numbers) -> Numbers:
         values = np.asarray(u, dtype=float)
         if values.ndim != 1 or values.size < self.size:
-            raise ValueError(f"u has shape {values.shape}: must be ({self.size},), one moment's degrees of freedom")
+            raise ValueError(f"u has shape {values.shape}: must be ({self.size},), the degrees of freedom at one time")
         moving = values[: self.size]
         return moving if self.basis is None else np.asarray(self.basis @ moving)
 

@@ -1,4 +1,4 @@
-"""How fine meshes and reductions are that are made now: as contacts need, and finer where their error is estimated."""
+"""Fineness of meshes and reductions: finer for short contacts, and finer to estimate the numerical error."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,14 +6,14 @@ from contextvars import ContextVar
 from math import ceil, log2
 from typing import Any, NamedTuple
 
-# Hz, the default that meshes resolve. Contacts of steel beads of 4 to 20 mm diameter last 12 to 110 µs and excite
-# little above.
+# Hz, the frequency that meshes resolve by default. Contacts of steel beads of 4 to 20 mm diameter last 12 to 110 µs and
+# excite little above it.
 HIGHEST_FREQUENCY = 40.0e3
 
-# s. Usual defaults suit chains whose shortest contact is as long: of steel beads of 4 mm diameter up to 2.8 m/s.
+# s. The usual defaults suit contacts of at least this length, such as those of 4 mm steel beads at up to 2.8 m/s.
 USUAL_CONTACT = 10e-6
 
-# Cycles of the highest frequency in a contact that is shorter: as many as between steel beads of 9.5 mm at 0.3 m/s
+# Cycles of the highest frequency within a shorter contact: as many as for steel beads of 9.5 mm at 0.3 m/s
 CYCLES = 1.5
 
 
@@ -22,14 +22,14 @@ class Fineness(NamedTuple):
 
     cells: int = 1  # of the number of cells in each direction
     tolerance: float = 1.0  # of the tolerance of reductions
-    shorter: int = 1  # by which the frequency of a default mesh is higher, and the pulse of a reduction shorter
+    shorter: int = 1  # of the frequency of a default mesh, and of 1/length of the pulse of a reduction
 
 
 _FINENESS: ContextVar[Fineness] = ContextVar("fineness", default=Fineness())  # noqa: B039
 
 
 def fineness() -> Fineness:
-    """Return by how much meshes and reductions that are made now must be finer than their arguments say."""
+    """Return by how much meshes and reductions made now must be finer than their arguments say."""
     return _FINENESS.get()
 
 
@@ -39,13 +39,13 @@ def default_frequency() -> float:
 
 
 def times_shorter(contact: float) -> int:
-    """Return the factor for contacts of a length, s: a power of two, so that meshes stay the same in a fit."""
+    """Return the factor for contacts of a length, s. It is a power of two, so that meshes stay the same in a fit."""
     return 1 if contact >= USUAL_CONTACT else int(2 ** ceil(log2(CYCLES / (contact * HIGHEST_FREQUENCY))))
 
 
 @contextmanager
 def finer(**factors: Any) -> Iterator[None]:
-    """Make meshes and reductions within it finer by these factors of `Fineness`."""
+    """Make meshes and reductions in this context finer by these factors of `Fineness`."""
     before = _FINENESS.set(fineness()._replace(**factors))
     try:
         yield

@@ -1,4 +1,4 @@
-"""Structures from the matrices or modes of other programs, and of tests."""
+"""Structures from matrices or modes that other programs computed or tests measured."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -38,7 +38,7 @@ def from_matrices(
     Parameters
     ----------
     mass, stiffness : matrix, str or Path
-        Sparse or dense, n × n, without the degrees of freedom that are held; or a Matrix Market file (.mtx).
+        Sparse or dense matrix, n × n, without degrees of freedom that are held; or a Matrix Market file (.mtx).
     material : Material
         The material at the contact, for Hertz's law.
     contact : array, str or Path
@@ -46,21 +46,21 @@ def from_matrices(
     damping : matrix, str or Path, optional
         The damping matrix; `damped` adds other losses.
     residual_flexibility : float
-        Local compliance, m/N, that the matrices lack (positive), or that Hertz's law contains, too (negative).
+        Local compliance, m/N: positive if the matrices lack it, negative if Hertz's law contains it as well.
     curvature : float
         Curvature of the surface at the contact, 1/m, for Hertz's law.
     scale : float
-        m per unit of length of the matrices: 1e-3 for those in mm, N, s and t.
+        m per unit of length of the matrices: 1e-3 for matrices in mm, N, s and t.
 
     Returns
     -------
     Structure
-        The body. What frequencies its mesh resolves is not known, so no run checks it.
+        The body. The frequencies that its mesh resolves are unknown, so no run checks them.
 
     Notes
     -----
-    A force on a single node of a solid indents it by more the finer the mesh is, and Hertz's law contains that: spread
-    the force over a patch, and take the compliance of the patch away by `residual_flexibility`.
+    The finer the mesh, the more a force on a single node indents a solid, and Hertz's law contains that indentation.
+    Spread the force over a patch, and subtract the compliance of the patch by `residual_flexibility`.
 
     Examples
     --------
@@ -72,9 +72,9 @@ def from_matrices(
     matrices = {name: scale * _matrix(name, value) for name, value in given.items()}
     heaviest, stiffest = abs(matrices["mass"]).max(), abs(matrices["stiffness"]).max()
     if heaviest == 0.0:
-        raise ValueError("mass: all its numbers are zero; must be the mass matrix, kg")
+        raise ValueError("mass: must not be zero everywhere")
     if 0.0 < stiffest < heaviest:  # a body whose fastest vibration takes seconds
-        raise ValueError("mass: its numbers are larger than those of the stiffness; the mass matrix comes first")
+        raise ValueError("mass: must be the mass matrix, but is larger than the stiffness; the mass comes first")
     vector = _table("contact", contact).ravel() if isinstance(contact, str | Path) else numbers("contact", contact)
     origin = {
         name: _source(value) for name, value in {"mass": mass, "stiffness": stiffness, "contact": contact}.items()
@@ -106,20 +106,20 @@ def from_modes(
     ----------
     frequencies : array, str or Path
         Natural frequencies, Hz, n; zero for rigid motions. Or a file of comma-separated numbers whose first line is
-        `frequency,shape` or `frequency,shape,damping_ratio`: Hz, 1/√kg, and parts of the critical damping.
+        `frequency,shape` or `frequency,shape,damping_ratio`: Hz, 1/√kg, and damping ratios.
     material, curvature, scale
         As in `from_matrices`.
     shapes : array, optional
-        Displacement of the contact in each mode along the push, for unit modal mass, 1/√kg: n, or n × p for p contacts.
+        Displacement of the contact along the force in each mode of unit modal mass, 1/√kg: n, or n × p for p contacts.
     damping_ratios : float or sequence of float, optional
-        Part of the critical damping, one for all modes or one for each; by default those of the file, or zero.
+        Damping ratio, one for all modes or one for each; by default those of the file, or zero.
     residual_flexibility : float, optional
-        Compliance at the contact, m/N, that the modes lack; without it a warning says how to get it.
+        Compliance at the contact, m/N, that the modes lack. If it is omitted, a warning asks for it.
 
     Returns
     -------
     Structure
-        One oscillator for each mode. Runs are warned of if the push is shorter than the highest frequency resolves.
+        One oscillator for each mode. A run warns if its contacts are too short for the highest frequency.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def from_modes(
     in_file, stated = isinstance(frequencies, str | Path), 0.0 if damping_ratios is None else damping_ratios
     if in_file:
         if shapes is not None:
-            raise ValueError("shapes: the file of the modes holds them; leave shapes out")
+            raise ValueError("shapes: must be omitted, as the file of the modes holds them")
         table = _table("frequencies", frequencies, HEADS)
         hertz, vector = table[:, 0], table[:, 1]
         if damping_ratios is None and table.shape[1] == 3:
@@ -142,9 +142,9 @@ def from_modes(
     if hertz.ndim != 1 or not count or vector.ndim == 0 or len(vector) != count:
         raise ValueError(f"shapes has shape {vector.shape}: must have a row for each of {count} frequencies")
     if ratios.size not in (1, count):
-        raise ValueError(f"damping_ratios: must be one number, or {count}, one for each mode")
+        raise ValueError(f"damping_ratios: must be one number, or {count} numbers, one for each mode")
     if residual_flexibility is None:
-        caution("frequencies: these modes lack the compliance of all higher ones; state residual_flexibility")
+        caution("frequencies: the modes lack the compliance of all higher modes; state residual_flexibility")
     origin = {
         "frequencies": _source(frequencies),
         "shapes": None if in_file else _source(shapes),
@@ -160,13 +160,13 @@ def from_modes(
 
 
 def _matrix(name: str, value: Any) -> sparse.csr_array:
-    """Return a matrix of real numbers that is given, or that of a Matrix Market file."""
+    """Return a given matrix, or that of a Matrix Market file; raise a ValueError if it is not real."""
     if isinstance(value, str | Path):
         name, path = f"{name} = {str(value)!r}", Path(value)
         if existing(name, path).suffix.lower() != ".mtx":
             raise ValueError(f"{name}: must be a Matrix Market file (.mtx), or a matrix")
         try:
-            # SciPy's reader ends the process at a number that the end of the file cuts off; a line end prevents that.
+            # A number cut off by the end of the file crashes SciPy's reader; an added line end prevents that.
             value = io.mmread(BytesIO(path.read_bytes() + b"\n"))
         except (ValueError, MemoryError) as error:
             raise ValueError(f"{name}: {error}") from None
@@ -176,7 +176,7 @@ def _matrix(name: str, value: Any) -> sparse.csr_array:
 
 
 def _table(name: str, path: str | Path, heads: tuple[str, ...] = ()) -> Any:
-    """Return the numbers of a text file, rows × columns; comma-separated below a head, where there are heads."""
+    """Return the numbers of a text file, rows × columns; if heads are given, below one of them, comma-separated."""
     what, head = f"{name} = {str(path)!r}", ""
     with existing(what, Path(path)).open(encoding="utf-8-sig") as file:
         try:
@@ -186,10 +186,12 @@ def _table(name: str, path: str | Path, heads: tuple[str, ...] = ()) -> Any:
         except ValueError as error:
             raise ValueError(f"{what}: {error}") from None
     if heads and table.shape[1] != 1 + head.count(","):
-        raise ValueError(f"{what}: has {count_of(table.shape[1], 'column')} of numbers below the heads {head}")
+        raise ValueError(
+            f"{what}: has {count_of(table.shape[1], 'column')} of numbers; must have those of its first line, {head}"
+        )
     return numbers(what, table)
 
 
 def _source(value: Any) -> str:
-    """Return what an origin says of an argument: the file, or that it was in memory."""
+    """Return the entry of an argument in the origin: the path of its file, or "in memory"."""
     return str(Path(value).absolute()) if isinstance(value, str | Path) else "in memory"

@@ -1,4 +1,4 @@
-"""Linear elastic, isotropic materials, and the materials of Table 2.1 of the thesis."""
+"""Linear elastic, isotropic materials, and those of Table 2.1 of the thesis."""
 
 from typing import Annotated
 
@@ -7,7 +7,7 @@ from structures.checks import near
 from structures.described import described_as
 from structures.quantities import Asks, Density, Modulus, PoissonRatio, Strength
 
-# Strain beyond which the stress in a material of unknown yield strength was probably given in another unit
+# A stress that strains a material of unknown yield strength by more was probably given in another unit
 LARGE_STRAIN = 0.1
 
 
@@ -49,16 +49,16 @@ class Material:
 
 
 class MaterialTable(dict[str, Material]):
-    """Materials by name; case, blanks, dashes and underscores do not matter, and a first word that only one has."""
+    """Materials by name. Case, blanks, dashes and underscores do not matter, and a unique first word suffices."""
 
     def __missing__(self, name: str) -> Material:
         key = name_key(name)
-        for known in (name_key, lambda one: name_key(one.split()[0])):
-            meant = [one for one in self if known(one) == key]
+        for key_of in (name_key, lambda known: name_key(known.split()[0])):
+            meant = [known for known in self if key_of(known) == key]
             if len(meant) == 1:
                 return self[meant[0]]
         raise ValueError(
-            f"material = {name!r}: unknown; the nearest are {', '.join(map(repr, near(name, self) or self))}"
+            f"material = {name!r}: must be in MATERIALS; nearest: {', '.join(map(repr, near(name, self) or self))}"
         )
 
     def __contains__(self, name: object) -> bool:
@@ -69,7 +69,7 @@ class MaterialTable(dict[str, Material]):
 
 
 def check_stress(argument: str, stress: float, material: Material, means: str) -> None:
-    """Warn about a stress, Pa, that the material cannot carry. means: what the number is that was given."""
+    """Warn about a stress, Pa, that the material cannot carry. means: a reminder of the meaning of the argument."""
     limit, name = material.yield_strength, "its yield strength of"
     if limit is None:
         limit, name = LARGE_STRAIN * material.youngs_modulus, "a tenth of its Young's modulus,"
@@ -81,7 +81,7 @@ def check_stress(argument: str, stress: float, material: Material, means: str) -
 
 
 def name_key(name: str) -> str:
-    """Return what remains of a name where case, blanks and dashes do not matter, nor whose English it is."""
+    """Return a name without case, blanks and dashes, in British spelling."""
     return "".join(letter for letter in str(name).lower() if letter.isalnum()).replace("aluminum", "aluminium")
 
 
@@ -98,6 +98,6 @@ PTFE = Material(1.53e9, 0.46, 2151.0, "PTFE")
 # The materials of Table 2.1 of the thesis, by name. Yield strengths come from other sources: steel 316 annealed,
 # minimum of ASTM A276; steel 440C hardened and tempered at 200 to 315 °C, data sheets of bars to AMS 5630; brass 360
 # half hard, minimum of ASTM B16; aluminium 6061-T6, typical value of the Aluminum Association. Copper and polymers
-# have none: they depend on temper and strain rate.
+# have none, because theirs depend on temper and strain rate.
 _TABLE = (STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
 MATERIALS = MaterialTable({material.name: material for material in _TABLE})

@@ -12,7 +12,7 @@ from structures.structure import Structure, Vector, is_diagonal
 
 
 class MaxwellArms(NamedTuple):
-    """body: the degrees of freedom u that have mass. coupling: R, √J/m, a row for each q. time: τ of each q, s."""
+    """body: the degrees of freedom u with mass. coupling: R, √J/m, a row for each q. time: τ of each q, s."""
 
     body: NDArray[np.intp]
     coupling: sparse.csr_array
@@ -20,10 +20,10 @@ class MaxwellArms(NamedTuple):
 
 
 def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffness: Any = None) -> Structure:
-    """Return the structure with one arm for each row of R (√J/m), their relaxation time (s), and K for arms that cannot
-    relax.
+    """Return the structure with one arm for each row of R (√J/m), with a relaxation time (s).
 
-    R may lack the columns of earlier arms. The default K + RᵀR keeps the structure's own K for slow loads.
+    R may lack the columns of earlier arms. stiffness: K of the body with rigid dashpots. The default, K + RᵀR, keeps
+    the structure's own K for slow loads.
     """
     count = root.shape[0]
     root = sparse.csr_array((root.data, root.indices, root.indptr), (count, structure.size))
@@ -39,10 +39,10 @@ def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffne
 
 
 def maxwell_arms(structure: Structure) -> MaxwellArms | None:
-    """Return the Maxwell arms of a structure, or None where it has none."""
+    """Return the Maxwell arms of a structure, or None if it has none."""
     if structure.damping is None:
         return None
-    # What is massless and undamped belongs to the body.
+    # A massless degree of freedom without damping belongs to the body.
     massless, damped = (abs(matrix).sum(axis=0).ravel() for matrix in (structure.mass, structure.damping))
     is_arm = (massless == 0.0) & (damped > 0.0)
     arms, body = np.flatnonzero(is_arm), np.flatnonzero(~is_arm)
@@ -57,20 +57,19 @@ def maxwell_arms(structure: Structure) -> MaxwellArms | None:
 
 
 def root_of(matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return R with RᵀR = matrix, a stiffness, and as many rows as its rank."""
+    """Return R with RᵀR = matrix, a stiffness. R has as many rows as the rank of the matrix."""
     used = np.flatnonzero(abs(matrix).sum(axis=0))
     diagonal = matrix.diagonal()[used]
     spread = sparse.csr_array((np.ones(used.size), (np.arange(used.size), used)), (used.size, matrix.shape[0]))
     if is_diagonal(matrix):
         return sparse.csr_array(sparse.diags_array(np.sqrt(diagonal)) @ spread)
-    # L D Lᵀ of the scaled matrix. Rigid motions leave pivots of exactly zero, at which SuperLU fails: rounding changes
-    # pivots by more than 1e-15.
+    # L D Lᵀ of the scaled matrix. SuperLU fails at the pivots of exactly zero that rigid motions leave, so 1e-15 is
+    # added; rounding changes pivots by more.
     scale = 1.0 / np.sqrt(diagonal)
     by = sparse.diags_array(scale)
     factor = decomposition(by @ matrix[used][:, used] @ by + 1e-15 * sparse.eye_array(scale.size))
     lower, pivots = sparse.diags_array(1.0 / scale) @ sparse.csr_array(factor.L)[factor.perm_r], factor.U.diagonal()
-    # Pivots of rigid motions: below 6e-9 in plates of 6 000 degrees of freedom, all others above 2e-4.
-    rigid = 1e-6
+    rigid = 1e-6  # in plates of 6 000 degrees of freedom, pivots of rigid motions are below 6e-9, others above 2e-4
     if pivots.min() < -rigid:
         raise ValueError("stiffness: must have no negative eigenvalue")
     positive = pivots > rigid

@@ -1,4 +1,4 @@
-"""A structure in time, as a participant: state in, state out, driven by the mean force over a window."""
+"""A structure as a participant: state in, state out, driven by the mean force over a window."""
 
 from functools import cached_property
 from types import SimpleNamespace
@@ -14,18 +14,19 @@ from structures.stepping import ImplicitMidpoint, OscillatorStep, StructureState
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
-# Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
-# dense product of a window takes as long as a sparse solve.
+# The largest number of degrees of freedom for which a structure coupled by damping uses the compiled loop. With more,
+# the dense product of a window takes as long as a sparse solve.
 LARGEST_DENSE_SIZE = 300
 
-# s. Squares of windows beyond these, times a stiffness, leave the range of floating point.
+# s. Outside these limits the square of a window, times a stiffness, leaves the range of floating point.
 SHORTEST_WINDOW, LONGEST_WINDOW = 1e-18, 1e6
 
 
 class MovingStructure:
     """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
 
-    The implicit midpoint moves it, which conserves energy exactly; slow oscillators (see `reduce`) move exactly.
+    The implicit midpoint rule integrates the motion and conserves energy exactly. Slow oscillators (see `reduce`) move
+    exactly.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ class MovingStructure:
         return f"MovingStructure({self.structure!r})"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out factorisations, which the next window computes anew; for pickles and copies."""
+        """Leave out the factorisations for copies and pickles; the next window computes them anew."""
         return {**vars(self), "_steps": {}}
 
     def start(self) -> StructureState:
@@ -77,24 +78,24 @@ class MovingStructure:
         return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
 
     def advance(self, state: StructureState, force: Any, window: float) -> tuple[StructureState, Any]:
-        """Advance by one window (s) under the mean force (N) relative to the static one; p numbers of p contacts."""
+        """Advance by one window (s) under the mean force (N) relative to the static force; p numbers for p contacts."""
         if np.shape(force) != (() if self._contacts == 1 else (self._contacts,)):
             many = "a number" if self._contacts == 1 else f"{self._contacts} numbers"
-            raise ValueError(f"force = {force!r}: must be {many} of N, one for each contact")
+            raise ValueError(f"force = {force!r}: must be {many} in N, one for each contact")
         end, places = self.move(state, np.array(force, dtype=float, ndmin=1), window)
         return end, float(places[0]) if self._contacts == 1 else places
 
     def move(self, state: StructureState, forces: Vector, window: float) -> tuple[StructureState, Vector]:
-        """Advance by one window (s) under the mean forces (N) of the K contacts; their displacements, m."""
+        """Advance by one window (s) under the mean forces (N) of the K contacts; also return their displacements, m."""
         end = self.pushed(self.free(state, window), forces, window)
         return end, self.read(end)
 
     def free(self, state: StructureState, window: float) -> StructureState:
-        """The state at the end of the window if no force acts."""
+        """Return the state at the end of the window without force."""
         return self.step(window).free(state) if self.structure.size else state
 
     def pushed(self, free: StructureState, forces: Vector, window: float) -> StructureState:
-        """The state at the end of the window from the state without force and the mean forces of the K contacts."""
+        """Return the state at the end of the window from that without force and the mean forces of the K contacts."""
         if not self.structure.size:
             return free
         pairs = zip(free, self.step(window).response, strict=True)
@@ -106,7 +107,7 @@ class MovingStructure:
         return places
 
     def compliance(self, window: float) -> Vector:
-        """Displacements of contact i at the end of the window for 1 N of mean force on contact j, m/N, K × K."""
+        """Return the displacement of contact i at the window's end for 1 N of mean force on contact j, m/N, K × K."""
         if not self.structure.size:
             return np.zeros((self._contacts, self._contacts))
         return self.read(self.step(window).response)
@@ -121,7 +122,7 @@ class MovingStructure:
         return 0.5 * float(v @ (self.structure.mass @ v)), 0.5 * float(u @ (self.structure.stiffness @ u))
 
     def step(self, window: float) -> OscillatorStep | ImplicitMidpoint:
-        """Return how it moves over this window; made once."""
+        """Return the propagator over this window; it is made once."""
         if not isinstance(window, float) or window not in self._steps:
             window = within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
         if window not in self._steps:
@@ -132,7 +133,7 @@ class MovingStructure:
         return self._steps[window]
 
     def _examine(self) -> None:
-        """Raise a ValueError if a large matrix has a negative eigenvalue; damping that `damping` made has none."""
+        """Raise a ValueError if a large matrix has a negative eigenvalue. Damping from `damped` has none."""
         structure = self.structure
         structure.matrices.examine()
         if structure.damping is not None and structure.size > SMALL_MATRIX and "damping" not in structure.origin:
@@ -140,17 +141,17 @@ class MovingStructure:
 
     @cached_property
     def _modes(self) -> Structure | None:
-        """The structure in its modes, where it is small enough and damping does not couple them."""
+        """The structure in its modes, if it is small enough and damping does not couple them; else None."""
         self._examine()
         return modes_of(self.structure)
 
     @property
     def compact(self) -> bool:
-        """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
+        """True if it suits the compiled loop: oscillators, or a few degrees of freedom that damping couples."""
         return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
     def window(self, length: float) -> linear.Linear:
-        """Return a window of this length, s, as the compiled loop takes it."""
+        """Return a window of this length, s, in the form for the compiled loop."""
         structure, size = self.structure, self.structure.size
         body = structure if structure.is_modal else self._modes
         if body is not None:
@@ -162,7 +163,7 @@ class MovingStructure:
                 np.ascontiguousarray(step.rows),
                 step.square,
             )
-        # Sparse matrices this small take several times as long.
+        # For so few degrees of freedom, sparse matrices take several times as long as dense ones.
         mass, stiffness = structure.mass.toarray(), structure.stiffness.toarray()
         damping = None if structure.damping is None else structure.damping.toarray()
         dense = {"mass": mass, "stiffness": stiffness, "damping": damping, "contact_vectors": structure.contact_vectors}

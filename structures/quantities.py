@@ -1,6 +1,7 @@
-"""Physical quantities, each declared once: unit, valid range, probable range, and how a user writes it.
+"""Physical quantities, each declared once: unit, valid range, probable range, and an example for case files.
 
-The annotation of a parameter, `length: Length`, gives its check, its warning, its entry in case files, and its unit.
+The annotation of a parameter, such as `length: Length`, declares its check, its warning, its unit, and how a case file
+writes it.
 """
 
 import re
@@ -22,15 +23,17 @@ class Quantity:
     Parameters
     ----------
     unit, noun, example : str
-        The SI unit; what the number is, with an article; and a number as a case file has it.
+        The SI unit; the name of the quantity, with an article; and an example from a case file.
     low, high, or_zero, ends : float and bool
-        The valid range in `unit`; whether zero is valid too, and whether other ends are.
+        The valid range in `unit`; whether zero is valid too, and whether the ends are, if they are not zero.
     likely : (float, float)
-        The probable size, other than zero. Beyond it a warning asks whether the number is in another unit.
+        The probable size, if it is not zero. Outside it a warning asks whether the number is in another unit.
     below, above, counted_in : str
-        For the warning: the units of numbers below and above, and what a pure number counts: "times the modulus".
+        For the warning: likely units of numbers below and above, and the meaning of a pure number: "times the modulus".
+    largest : float
+        The largest size that exists; a unit in which the number would be larger is not suggested.
     written : str, optional
-        The unit in case files, where it is not `unit`.
+        The unit in case files, if it differs from `unit`.
 
     Examples
     --------
@@ -49,41 +52,43 @@ class Quantity:
     below: str = ""
     above: str = ""
     counted_in: str = ""
+    largest: float = inf
     written: str | None = None
 
     def __post_init__(self) -> None:
-        # A function would get "2 mm" as 2.0, and its structure would be a thousand times too large without a word.
+        # With mm as the unit, "2 mm" in a case would become 2.0, and the structure would be a thousand times too large.
         if re.search(r"\b([µmckMG](m|N|Pa|Hz|s|J)|m?g)\b", self.unit):
             raise ValueError(f"unit = {self.unit!r}: must be an SI unit without a prefix, such as m, N/m or Pa")
 
     def __repr__(self) -> str:
-        return self.unit or "a number"  # short, as signatures in help show it
+        return self.unit or "a number"  # short, because signatures in help show it
 
     @property
     def unit_in_files(self) -> str:
-        """The unit as case files spell it."""
+        """The unit as it is written in case files."""
         return self.unit.translate(PLAIN) if self.written is None else self.written
 
     def check(self, name: str, value: float) -> float:
-        """Return `value` as a float; raise a ValueError that names the argument where it is not valid."""
+        """Return `value` as a float; raise a ValueError that names the argument if it is not valid."""
         return within(name, value, self.low, self.high, self.unit, self.or_zero, self.ends)
 
     def warn(self, owner: str, name: str, value: float) -> None:
-        """Warn if a number other than zero lies outside the probable range."""
+        """Warn if a number that is not zero lies outside the probable range."""
         size, (low, high) = abs(value), self.likely
         if size == 0.0 or low <= size <= high:
             return
-        offered = (self.below if size < low else self.above).split(" or ")
-        other = " or ".join([unit for unit in offered if self._is_likely(size, unit)] or offered)
+        units = (self.below if size < low else self.above).split(" or ")
+        other = " or ".join([unit for unit in units if self._is_likely(size, unit)] or units)
         read = f"{value:g} {self.counted_in or self.unit}, which is improbable"
         caution(f"{owner} {name} = {value:g}: is read as {read}; did you mean {value:g} {other}?")
 
     def _is_likely(self, size: float, unit: str) -> bool:
-        """Return whether a number is of a probable size in another unit, as is all that is no unit of this quantity."""
-        try:  # diamond has the highest modulus, 1.2e12 Pa
-            return self.likely[0] <= size * float(factor(unit, self.unit.translate(PLAIN))) <= min(self.likely[1], 2e12)
+        """Return whether a number has a probable size in another unit; also if that is a unit of another quantity."""
+        try:
+            converted = size * float(factor(unit, self.unit.translate(PLAIN)))
         except ValueError:
             return True
+        return self.likely[0] <= converted <= min(self.likely[1], self.largest)
 
 
 def standard_uncertainty(name: str, text: float | str, value: float) -> float:
@@ -92,19 +97,19 @@ def standard_uncertainty(name: str, text: float | str, value: float) -> float:
         return positive(name, text)
     match = NUMBER.fullmatch(text)
     if match and match[2] in PARTS and value == 0.0:
-        raise ValueError(f"{name} = {text!r}: is a part of the value, which is 0; must have a unit")
+        raise ValueError(f"{name} = {text!r}: must have a unit, because the value is 0")
     if isnan(number := spread_of(text, value)):
         raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
     return number
 
 
 class OneOf:
-    """The words that a text may be, for an annotation.
+    """The words that a text argument may be, for an annotation.
 
     Parameters
     ----------
     *words : str
-        The words.
+        The allowed words.
 
     Examples
     --------
@@ -119,7 +124,7 @@ class OneOf:
         return " | ".join(map(repr, self.words))
 
     def check(self, name: str, value: str) -> str:
-        """Return `value`; raise a ValueError that lists the words where it is none of them."""
+        """Return `value`; raise a ValueError with the words if it is not one of them."""
         return one_of(name, value, self.words)
 
 
@@ -130,7 +135,7 @@ class Count:
     Parameters
     ----------
     least, most : int
-        The least and the greatest that it may be.
+        The least and the greatest number allowed.
 
     Examples
     --------
@@ -145,7 +150,7 @@ class Count:
         return f"≥ {self.least}" if self.most == MOST else f"{self.least} to {self.most}"
 
     def check(self, name: str, value: int) -> int:
-        """Return `value` as an int, or raise a ValueError where it is no whole number, or outside of the range."""
+        """Return `value` as an int; raise a ValueError if it is not a whole number in the range."""
         return whole(name, value, self.least, self.most)
 
 
@@ -160,44 +165,44 @@ class Asks:
 
 
 class InFile(Asks):
-    """An argument that stands in a file, whose name a case gives."""
+    """An argument that is read from a file; a case gives the name of the file."""
 
     def __init__(self, what: str, example: str) -> None:
         super().__init__(f'the file of {what}, such as "{example}"')
 
 
 class Likely:
-    """Quantities with a probable range. Everything in Khatri's thesis, the examples and the studies lies inside.
+    """Quantities with a probable range. All values in Khatri's thesis, the examples and the studies lie inside.
 
-    A limit exists only where a number beyond it may be in another common unit. Stiffnesses of edges and foundations,
-    and losses in N s/m, have no limit, because any size is possible.
+    A limit exists only if a number beyond it may be in another common unit. Stiffnesses of edges and foundations, and
+    losses in N s/m, have no limits, because any size is possible.
     """
 
-    # Beads in the literature have 0.1 to 100 mm. Beyond the valid range products of lengths lose their digits.
+    # Beads in the literature have radii of 0.1 to 100 mm. Outside the valid range products of lengths lose digits.
     BEAD = Quantity("m", "a length", "2.29 mm", 1e-9, 1e6, likely=(0.0, 0.2), above="mm")
     # Twice the largest radius.
     BEAD_SIZE = Quantity("m", "a length", "9.5 mm", likely=(0.0, 0.4), above="mm")
-    # Mass over the cube of the size: 13 of a ball of the lightest foam, up to 4e5 of a flat disc of steel.
+    # Mass divided by the cube of the size: from 13 for a ball of the lightest foam to 4e5 for a flat disc of steel.
     BULK = Quantity("kg/m³", "a density", "2700 kg/m^3", likely=(5.0, 5e5), below="g/cm³", above="g/m³")
-    # From plates, panels and rods of the laboratory up to the walls of ships.
+    # From plates and rods in a laboratory up to the walls of ships.
     SIDE = Quantity("m", "a length", "2.29 mm", likely=(0.0, 20.0), above="mm")
-    # An echo from farther away comes after any record of a few ms.
+    # An echo from farther away arrives after the end of a record of a few ms.
     DISTANCE = Quantity("m", "a length", "2.29 mm", likely=(0.0, 5.0), above="mm")
     THICKNESS = Quantity("m", "a length", "2.29 mm", likely=(0.0, 1.0), above="mm")
-    # Cubes of thicknesses beyond the valid range, times a modulus, leave the range of floating point.
+    # Outside the valid range the cube of a thickness, times a modulus, leaves the range of floating point.
     PLY = replace(THICKNESS, low=1e-12, high=1e4, likely=(0.0, 0.1))
-    # Rubber has some 1 MPa, and the plane of a honeycomb core 10 kPa; a rigid body may have any modulus.
-    MODULUS = Quantity("Pa", "a modulus", "70 GPa", likely=(5e5, inf), below="GPa or MPa")
+    # Rubber has about 1 MPa, a honeycomb core 10 kPa in its plane, diamond 1.2e12 Pa; a rigid body may have any value.
+    MODULUS = Quantity("Pa", "a modulus", "70 GPa", likely=(5e5, inf), below="GPa or MPa", largest=2e12)
     PLY_MODULUS = replace(MODULUS, likely=(1e4, inf))
-    # Foams yield at some 100 kPa, hard steel at 2 GPa.
-    STRENGTH = Quantity("Pa", "a strength", "170 MPa", likely=(1e4, inf), below="MPa or GPa")
-    # 10 MPa in a foil of 10 µm are 100 N/m.
+    # Foams yield at about 100 kPa, hard steel at 2 GPa.
+    STRENGTH = Quantity("Pa", "a strength", "170 MPa", likely=(1e4, inf), below="MPa or GPa", largest=2e12)
+    # 10 MPa in a foil of 10 µm is 100 N/m.
     FORCE_PER_LENGTH = Quantity(
         "N/m", "a force per length", "20 kN/m", -inf, likely=(50.0, inf), below="N/mm, or a stress in MPa"
     )
     # The lightest foams that carry load have about 30 kg/m³; no solid has more than 22.6 g/cm³.
     DENSITY = Quantity("kg/m³", "a density", "2700 kg/m^3", likely=(25.0, inf), below="g/cm³")
-    # A chain is struck at 1 m/s or less. Slower than the valid range it does nothing, faster it is no chain of solids.
+    # A chain is struck at 1 m/s or less. Below the valid range nothing happens, above it no solid survives.
     SPEED = Quantity("m/s", "a speed", "0.31 m/s", 1e-12, 1e5, likely=(0.0, 30.0), above="mm/s")
     HEIGHT = Quantity("m", "a length", "2.29 mm", likely=(0.0, 3.0), above="mm")
     # A contact of steel beads lasts 25 to 110 µs, one of soft beads a few ms.
@@ -212,19 +217,19 @@ class Likely:
     WAY = Quantity("m", "a length", "2.29 mm", likely=(0.0, 1.0), above="mm")
     # A steel bar 30 mm high has 2e4 N m².
     BENDING = Quantity("N m²", "a stiffness", "20 N m^2", likely=(0.0, 1e6), above="N mm²")
-    # A standard deviation; noise as large as the force leaves nothing to see.
+    # A standard deviation. Noise as large as the force hides the signal.
     NOISE = Quantity(likely=(0.0, 1.0), above="%", counted_in="times the greatest force")
-    # Beads of 1 to 40 mm: 10 mN to some kN.
+    # For beads of 1 to 40 mm: 10 mN to a few kN.
     MEASURED_FORCE = Quantity("N", "a force", "2 N", likely=(1e-3, 1e4), below="kN or V", above="mN or mV")
     # A solitary wave of steel beads lasts 20 to 200 µs, one of soft beads a few ms.
     WAVE = Quantity("s", "a time", "100 us", likely=(1e-6, 0.01), below="ms or µs", above="µs or ms")
-    # An arm as stiff as the bead itself relaxes half of it; polymers have arms of up to a few times their slow modulus.
+    # An arm as stiff as the body relaxes half of it. Polymers have arms of up to a few times their slow modulus.
     SHARE = Quantity(likely=(0.0, 10.0), above="%", counted_in="times the modulus")
-    # Part of the critical damping: steel has 0.001, rubber 0.1.
+    # Fraction of critical damping: steel has 0.001, rubber 0.1.
     RATIO = Quantity(or_zero=True, likely=(0.0, 1.0), above="%", counted_in="times the critical damping")
-    # Oscilloscopes take 1 µs; a contact of soft beads lasts a few ms.
+    # Oscilloscopes sample at 1 µs; a contact of soft beads lasts a few ms.
     SAMPLE = Quantity("s", "a time", "1 us", likely=(0.0, 1e-3), above="µs or ms")
-    # A run lasts a few ms; a process that takes more than a second does not show in it.
+    # A run lasts a few ms; a process that takes more than a second has no effect in it.
     TIME = Quantity("s", "a time", "1.5 ms", likely=(0.0, 1.0), above="µs or ms")
 
 

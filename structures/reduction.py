@@ -1,4 +1,4 @@
-"""Krylov reduction: a large structure becomes a few hundred oscillators with the same response at the contact."""
+"""Krylov reduction: a large structure becomes at most a few hundred oscillators with the same contact response."""
 
 from collections.abc import Mapping
 from copy import deepcopy
@@ -12,7 +12,6 @@ from scipy.linalg import eigh
 from structures.caution import caution
 from structures.checks import instance
 from structures.described import checked_call
-from structures.field import Field
 from structures.fineness import fineness
 from structures.krylov import DEFAULT_PULSE, Krylov, Modes
 from structures.linear_algebra.one_thread import one_thread
@@ -20,9 +19,9 @@ from structures.maxwell import with_arms
 from structures.quantities import Likely, Quantity, Several
 from structures.structure import Structure, Vector, known_field, oscillators
 
-# Default limit of the basis: dense matrices of this size are diagonalised in about a second. And the number of
-# structures whose oscillators are kept: a fit comes back to the latest.
-MOST_VECTORS, MOST_KEPT = 600, 8
+MOST_VECTORS = 600  # Default limit of the basis: dense matrices of this size are diagonalised in about a second
+
+MOST_KEPT = 8  # The oscillators of this number of structures are kept, because a fit returns to recent ones
 
 Pulse = Annotated[float, replace(Likely.TIME, low=1e-12, high=1e3)]
 
@@ -40,32 +39,32 @@ def reduce(
     """Reduce a structure to oscillators (M = I, K diagonal) with the same motion of the contact points.
 
     K is projected on Krylov vectors of (K + s²M)⁻¹M that start at the contacts (Bai, Appl. Numer. Math. 43 (2002) 9),
-    and diagonalised; where damping is no sum of M and K the vectors are those of the second-order Arnoldi method (Bai
-    and Su, SIAM J. Matrix Anal. Appl. 26 (2005) 640). Rayleigh damping stays diagonal; other damping is projected, and
-    Maxwell arms are kept. A structure that equals one of the latest is not reduced again.
+    and diagonalised. If the damping is not a sum of M and K, the vectors are those of the second-order Arnoldi method
+    (Bai and Su, SIAM J. Matrix Anal. Appl. 26 (2005) 640). Rayleigh damping stays diagonal, other damping is projected,
+    and Maxwell arms are kept. A structure equal to a recently reduced one is not reduced again.
 
     Parameters
     ----------
     structure : Structure
         The structure to reduce. A structure without mass is returned unchanged.
     until : float
-        Length of the longest run, s: later the waves differ from those of the full structure.
+        Length of the longest run, s. Later the waves differ from those of the full structure.
     tolerance : float
-        Relative error of the contact's displacement after a force pulse, in the mean square over time with the weight
-        e^(−4 t/until), estimated by the change over the last ten vectors for each contact. With 1e-2, amplitude ratios
-        are within 0.01 % of those without reduction.
+        Relative error of the contact's displacement after a force pulse: the root mean square over time with the weight
+        e^(−4 t/until), estimated by the change due to the last ten vectors for each contact. With 1e-2, amplitude
+        ratios are within 0.01 % of those without reduction.
     largest : int
-        Largest number of vectors. A warning is issued if they do not reach the tolerance.
+        Largest number of vectors. If they do not reach the tolerance, a warning says so.
     keep_field : bool
-        Keep what recovers displacement and stress of the whole body: 8 bytes for each degree of freedom and oscillator.
+        Keep the field, for displacement and stress of the body: 8 bytes for each degree of freedom and oscillator.
     pulse : float, optional
-        Length of the pulse, s: a contact time. The default, 25 µs, suits steel beads of 4 mm diameter or more; for
-        contacts below 10 µs a run reduces the structure anew. A run warns if its own error exceeds twice the tolerance.
+        Length of the pulse, s: a contact time. The default, 25 µs, suits steel beads of 4 mm diameter or more. For
+        contacts below 10 µs a run reduces the structure anew. It warns if its own error exceeds twice the tolerance.
 
     Returns
     -------
     Structure
-        The oscillators, and their Maxwell arms after them.
+        The oscillators, followed by their Maxwell arms.
 
     Examples
     --------
@@ -79,47 +78,60 @@ def reduce(
     if (part := fineness().tolerance) < 1.0:
         tolerance, largest = part * tolerance, max(largest, MOST_VECTORS)
     if until > structure.valid_until:
-        raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
+        raise ValueError(f"until = {until!r}: must be at most {structure.valid_until} s, for which it was reduced")
     field = known_field(structure) if keep_field else None
     if structure.mass.count_nonzero() == 0:
         return structure
 
     if field is None:
-        modes, report = _latest(structure, until, tolerance, largest, pulse)
+        modes, report = _recent(structure, until, tolerance, largest, pulse)
     else:
-        modes, report, krylov = _computed(structure, until, tolerance, largest, pulse)
-        field = field.in_basis(krylov.shapes(modes))
+        modes, report, krylov = _projected(structure, until, tolerance, largest, pulse)
+        field = field.in_basis(krylov.basis[: krylov.size].T @ modes.vectors)
     if (estimate := report["error_estimate"]) > tolerance:
-        caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
-    return _of_oscillators(modes, structure, report, field).made_from(structure, reduce, *arguments)
+        caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; increase largest or tolerance")
+
+    roots = []  # of Maxwell arms: R with RᵀR = stretch, a row for each direction with stiffness
+    for _, stretch in modes.arms:
+        values, vectors = (stretch, np.eye(stretch.size)) if stretch.ndim == 1 else eigh(stretch)
+        stiff = values > 1e-14 * values.max()
+        roots.append(sparse.csr_array(np.sqrt(values[stiff])[:, None] * vectors[:, stiff].T))
+    size = modes.square.size + sum(root.shape[0] for root in roots)
+    contact = modes.contact.reshape(-1, *structure.contact.shape[1:]).copy()
+    origin = {**structure.origin, "reduction": {"size": size, **report}}
+    rest = structure.flexibility, structure.surface, origin, report["until"], field
+    reduced = oscillators(modes.square, modes.damping, contact, *rest)
+    for (time, _), root in zip(modes.arms, roots, strict=True):
+        reduced = with_arms(reduced, root, time)
+    return reduced.made_from(structure, reduce, *arguments)
 
 
-# The oscillators of the latest structures, and what results hold of them, by all numbers on which they depend
-_LATEST: dict[str, tuple[Modes, dict[str, Any]]] = {}
+# The oscillators of recent structures and the reports on their reduction, by a hash of all that determines them
+_RECENT: dict[str, tuple[Modes, dict[str, Any]]] = {}
 
 
-def _latest(
+def _recent(
     structure: Structure, until: float, tolerance: float, largest: int, pulse: float
 ) -> tuple[Modes, dict[str, Any]]:
-    """Return what `_computed` does; that of an equal structure that was reduced lately."""
-    import joblib  # here, as a run without a reduction does not need it
+    """Return the result of `_projected` without the basis; an equal structure is not reduced again."""
+    import joblib  # here, because a run without a reduction does not need it
 
     matrices = [matrix for matrix in (structure.mass, structure.stiffness, structure.damping) if matrix is not None]
     arrays = [(matrix.indptr, matrix.indices, matrix.data) for matrix in matrices]
     key = joblib.hash([until, tolerance, largest, pulse, structure.contact, arrays])
-    if (known := _LATEST.get(key)) is None:
-        modes, report, _ = _computed(structure, until, tolerance, largest, pulse)
+    if (known := _RECENT.get(key)) is None:
+        modes, report, _ = _projected(structure, until, tolerance, largest, pulse)
         known = modes._replace(vectors=np.empty((0, 0))), report
-        for old in list(_LATEST)[: 1 - MOST_KEPT]:
-            _LATEST.pop(old, None)  # another thread may have forgotten it meanwhile
-        _LATEST[key] = known
+        for old in list(_RECENT)[: 1 - MOST_KEPT]:
+            _RECENT.pop(old, None)  # another thread may have removed it meanwhile
+        _RECENT[key] = known
     return known[0], deepcopy(known[1])
 
 
-def _computed(
+def _projected(
     structure: Structure, until: float, tolerance: float, largest: int, pulse: float
 ) -> tuple[Modes, dict[str, Any], Krylov]:
-    """Return the oscillators, what results hold of the reduction, and the basis."""
+    """Return the oscillators, the report on the reduction for results, and the basis."""
     krylov = Krylov(structure, min(largest, structure.size), pulse)
     before, modes, estimate = None, None, np.inf
     while estimate > tolerance and krylov.grow(10 * structure.contacts):
@@ -137,26 +149,8 @@ def _computed(
     return modes, report, krylov
 
 
-def _of_oscillators(modes: Modes, full: Structure, report: dict[str, Any], field: Field | None) -> Structure:
-    """Return the reduced structure: oscillators, followed by their Maxwell arms."""
-    roots = []  # R with RᵀR = stretch, one row for each direction with stiffness
-    for _, stretch in modes.arms:
-        values, vectors = (stretch, np.eye(stretch.size)) if stretch.ndim == 1 else eigh(stretch)
-        stiff = values > 1e-14 * values.max()
-        roots.append(sparse.csr_array(np.sqrt(values[stiff])[:, None] * vectors[:, stiff].T))
-
-    size = modes.square.size + sum(root.shape[0] for root in roots)
-    contact = modes.contact.reshape(-1, *full.contact.shape[1:]).copy()
-    origin = {**full.origin, "reduction": {"size": size, **report}}
-    rest = full.flexibility, full.surface, origin, report["until"], field
-    reduced = oscillators(modes.square, modes.damping, contact, *rest)
-    for (time, _), root in zip(modes.arms, roots, strict=True):
-        reduced = with_arms(reduced, root, time)
-    return reduced
-
-
 def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
-    """Return the estimated error for a pulse of a length, s, from `origin["reduction"]`: a power in between."""
+    """Return the estimated error for a pulse length, s, from `origin["reduction"]`, by logarithmic interpolation."""
     first = report["pulse"], report["error_estimate"]
     lengths, errors = np.array(sorted(map(tuple, [first, *report.get("shorter_pulses", [])]))).T
     if length <= lengths[0]:
@@ -165,12 +159,12 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
 
 
 def _change(before: Modes, modes: Modes, until: float, length: float) -> float:
-    """Return the relative change, from fewer vectors to more, of the displacements after a raised-cosine pulse.
+    """Return the relative change of the displacements after a raised-cosine pulse, from fewer vectors to more.
 
-    The largest of all pairs counts, in units of the direct responses of its two contacts. By Parseval's theorem the
-    norm of the Laplace transform at σ + iω is that of e^(−σt) w(t) over time.
+    The largest change of all pairs of contacts counts, relative to the direct responses of the two. By Parseval's
+    theorem the norm of the Laplace transform at σ + iω is that of e^(−σt) w(t) over time.
     """
-    # The weight e^(−4 t/until): the contact meets the first echoes, not the last ones.
+    # The weight is e^(−4 t/until), because the first echoes matter at the contact, not the last ones.
     s = 4.0 / until + 1j * np.linspace(0.0, 8.0 * np.pi / length, 500)
     turn = 2.0 * np.pi / length
     pulse = (1.0 - np.exp(-s * length)) * turn**2 / (s * (s**2 + turn**2))
@@ -181,7 +175,7 @@ def _change(before: Modes, modes: Modes, until: float, length: float) -> float:
 
 
 def receptance(modes: Modes, s: Any) -> Any:
-    """Return the displacement of each contact for a unit force on each, p × p × the complex frequencies s, m/N."""
+    """Return the displacement of each contact for a unit force on each, m/N, p × p × complex frequencies s."""
     terms = [] if modes.damping is None else [(s, modes.damping)]
     terms += [(s * time / (1.0 + s * time), stretch) for time, stretch in modes.arms]
     columns: Vector = modes.contact.T

@@ -1,7 +1,7 @@
-"""One time window of a linear structure under its mean force: implicit midpoint, and oscillators in closed form.
+"""One time window of a linear structure under its mean force: implicit midpoint, or oscillators in closed form.
 
-A structure is linear, so its state at the end of a window is the state without force plus the mean force times a vector
-that is known in advance. A strong coupling therefore needs one structural solve in each window, for any contact law.
+A structure is linear. So its state at the end of a window is the state without force plus the mean force times a vector
+known in advance. A strong coupling therefore needs one structural solve in each window, for any contact law.
 """
 
 from typing import Any, NamedTuple
@@ -12,11 +12,11 @@ from scipy.linalg import LinAlgError, eigh
 from structures.linear_algebra.factor import factorise
 from structures.structure import Structure, Vector, oscillators
 
-# Degrees of freedom up to which a structure moves in its modes. They take 0.1 s for 600 and grow with the third
-# power; window by window a run of 1 ms takes 0.5 s or more.
+# The largest number of degrees of freedom for which a structure moves in its modes. It takes 0.1 s to find 600 modes,
+# and the time grows with the third power. Without modes a run of 1 ms takes 0.5 s or more.
 LARGEST_SIZE = 600
 
-# 1/s². Modes are found from 1/(ω² + SHIFT), so that rounding spares the slow ones: steel beads excite 35 kHz or less.
+# 1/s². Modes are found from 1/(ω² + SHIFT), so that the slow ones are accurate: steel beads excite 35 kHz or less.
 SHIFT = (2.0 * np.pi * 35e3) ** 2
 
 
@@ -44,7 +44,7 @@ class StructureState(NamedTuple):
 class ImplicitMidpoint:
     """M (v₁ − v₀)/H = F̄ b − K (u₀ + u₁)/2 − C (v₀ + v₁)/2, u₁ = u₀ + H (v₀ + v₁)/2; it conserves energy exactly.
 
-    structure: a Structure, or one with dense matrices. response: the states after 1 N from rest at each of the K
+    structure: a Structure, or an object with dense matrices. response: the states after 1 N from rest at each of the K
     contacts, n × K.
     """
 
@@ -57,19 +57,19 @@ class ImplicitMidpoint:
         self.response = StructureState(window**2 / 2.0 * unit, window * unit)
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """Return the state at the end of the window without force."""
         u, v = state
         middle = self.solve(self.structure.mass @ v - self.window / 2.0 * (self.structure.stiffness @ u))
         return StructureState(u + self.window * middle, 2.0 * middle - v)
 
 
 class OscillatorStep:
-    """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
+    """A structure with M = I and diagonal K and C: one oscillator for each degree of freedom.
 
-    Slow oscillators, ω H ≤ 1, move exactly if `exact`. Fast ones use the implicit midpoint: sampled once a window,
-    their exact motion would appear as a slow one (aliasing). Both conserve energy: the work F̄ (w₁ − w₀) equals the
-    energy that the structure gains plus the energy that C dissipates. rows: 4 × n, the propagator of each oscillator:
-    u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v.
+    Slow oscillators, ω H ≤ 1, move exactly if `exact`. Fast ones use the implicit midpoint, because their exact motion,
+    sampled once a window, would appear as a slow one (aliasing). Both conserve energy: the work F̄ (w₁ − w₀) equals the
+    energy that the structure gains plus the energy that C dissipates. rows: 4 × n, the propagator of each oscillator,
+    u₁ = r₀ u + r₁ v and v₁ = r₂ u + r₃ v.
     """
 
     def __init__(self, structure: Structure, window: float, exact: bool = True) -> None:
@@ -80,26 +80,25 @@ class OscillatorStep:
         fast = phase > (1.0 if exact else -1.0)
         lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
         lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
-        # The implicit midpoint is stable for any ωH and conserves the energy of undamped oscillators, which no window
-        # resolves.
+        # The implicit midpoint is stable for any ωH and conserves the energy of undamped oscillators.
         push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
         lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
-        # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
+        # The midpoint keeps equal fractions of u and v without damping; the form 1 − phase · lag would lose digits.
         decay = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
         self.rows = np.array([decay, window * push, -window * square * push, left])
         vectors = structure.contact_vectors
         self.response = StructureState((window**2 * lag)[:, None] * vectors, (window * push)[:, None] * vectors)
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the end of the window if no force acts."""
+        """Return the state at the end of the window without force."""
         u, v = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return the displacement after a constant unit force, in H², its velocity, in H, and what remains of a velocity.
+    """Return the displacement after a constant unit force, in H², its velocity, in H, and the decay of a velocity.
 
-    phase: (ωH)² ≤ 1 of oscillators over a window H. drag: H/2 times their rates.
+    phase: (ωH)² ≤ 1 of oscillators over a window H. drag: H/2 times their damping rates.
     """
     if not drag.any():
         half = 0.5 * np.sqrt(phase) / np.pi
@@ -109,7 +108,7 @@ def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
     # With λ = −drag ± spread, Σ hₖ/(k + 1)! and Σ hₖ/(k + 2)!, hₖ = Σ λ₁ⁱ λ₂ᵏ⁻ⁱ: no cancellation near critical damping.
     lag, push = np.zeros_like(phase), np.zeros_like(phase)
     term, before, factorial = np.ones_like(phase), np.zeros_like(phase), 1.0
-    # Where the two rates are far apart the motion is a sum of two exponentials; elsewhere 24 terms are exact.
+    # If the two rates are far apart, the motion is a sum of two exponentials; otherwise 24 terms are exact.
     apart = spread > 0.5
     near = np.where(apart, 0.0, drag)
     for k in range(24):
@@ -131,7 +130,7 @@ def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
 def modes_of(structure: Structure) -> Structure | None:
     """Return the structure in the coordinates of its modes: M = I, K = diag(ω²), C = diag(α + β ω²).
 
-    None where damping is not α M + β K, where a motion has no mass, or where there are too many degrees of freedom.
+    Return None if damping is not α M + β K, if a motion has no mass, or if there are too many degrees of freedom.
     """
     if not 0 < structure.size <= LARGEST_SIZE or not structure.mass.diagonal().all():
         return None
@@ -145,7 +144,7 @@ def modes_of(structure: Structure) -> Structure | None:
     mass = structure.mass.toarray()
     try:
         inverse, vectors = eigh(mass, structure.stiffness.toarray() + SHIFT * mass)
-    except LinAlgError:  # some motion has neither mass nor stiffness
+    except LinAlgError:  # a motion has neither mass nor stiffness
         return None
     if inverse[0] <= 1e-12 * inverse[-1]:  # a mode without mass
         return None
@@ -157,9 +156,9 @@ def modes_of(structure: Structure) -> Structure | None:
 
 
 def rayleigh_rates(damping: Any, mass: Any, stiffness: Any, scale: Vector) -> Vector | None:
-    """Return α (1/s) and β (s) of C = α M + β K, neither negative; None where C is no such sum.
+    """Return α ≥ 0 (1/s) and β ≥ 0 (s) of C = α M + β K, or None if C is not such a sum.
 
-    scale: of the degrees of freedom, because displacements and rotations have different units.
+    scale: a scale for each degree of freedom, because displacements and rotations have different units.
     """
     # Matrices or linear operators are compared by their products with three random vectors.
     by = scale[:, None]

@@ -20,7 +20,7 @@ from structures.surface import Surface
 
 Vector = NDArray[np.float64]
 
-LARGEST_REMADE = 100_000  # Unknowns up to which a structure is made again with a finer mesh: some 15 s of reduction
+LARGEST_REMADE = 100_000  # The most unknowns of a structure that is made again with a finer mesh: 15 s of reduction
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -38,21 +38,21 @@ class Structure:
     damping : sparse or dense matrix, optional
         C, n × n, symmetric, N s/m; None for an undamped body.
     contact : numpy.ndarray
-        b, n numbers, or n × p for p contacts: spreads a unit contact force over the degrees of freedom, and reads the
+        b, n numbers, or n × p for p contacts. It spreads a unit contact force over the degrees of freedom and reads the
         displacement of the contact point, w = bᵀu + flexibility · F, positive away from the chain that pushes.
     flexibility : float or sequence of float
-        Local indentation that the degrees of freedom lack, m/N, of all contacts or of each; a massless spring in series
-        with Hertz's contact. It is negative where a mesh already contains part of Hertz's indentation.
+        Local indentation that the degrees of freedom lack, m/N, for all contacts or for each: a massless spring in
+        series with Hertz's contact. It is negative if a mesh already contains part of Hertz's indentation.
     surface : Surface or sequence of Surface
-        Material and curvature at the contact; one, or one for each contact.
+        Material and curvature at the contact: one surface for all contacts, or one for each.
     origin : mapping
         How the structure was made, as plain data; it becomes an attribute of results.
     valid_until : float
         The longest run, s, for which the structure is valid; a reduced structure has a finite limit.
     field : Field, optional
-        Converts degrees of freedom to displacement and stress of the body; None if there is no such field.
+        Converts degrees of freedom to displacement and stress of the body.
     matrices : Matrices, optional
-        Holds these M and K and their factorisations, which structures on one mesh share; by default made here.
+        M and K with their factorisations, which structures on the same mesh share; by default made here.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class Structure:
     matrices: Matrices = dataclasses.field(default=None, repr=False)  # type: ignore[assignment]
 
     again: ClassVar[Any] = None
-    """Makes the structure again by the same arguments. It is no field: a changed copy is not made so."""
+    """A function that makes the structure again. It is not a field, so that a changed copy does not have it."""
 
     def __post_init__(self) -> None:
         contact = numbers("contact", self.contact)
@@ -82,7 +82,7 @@ class Structure:
         contact = contact if contact.shape[1:] > (1,) else contact.ravel()
         n, count = len(contact), contact.shape[1] if contact.ndim > 1 else 1
         if n and not (contact.reshape(n, -1) != 0.0).any(axis=0).all():
-            raise ValueError("contact: must not be zero, or the contact force moves nothing")
+            raise ValueError("contact: must not be zero, as the contact force would move nothing")
 
         matrices = self.matrices
         if matrices is None or matrices.mass is not self.mass or matrices.stiffness is not self.stiffness:
@@ -94,7 +94,7 @@ class Structure:
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
         held = stiffness.diagonal() + (0.0 if damping is None else damping.diagonal())
         if (loose := np.flatnonzero((mass.diagonal() == 0.0) & (held == 0.0))).size:
-            raise ValueError(f"mass, stiffness: degree of freedom {loose[0]} has neither")
+            raise ValueError(f"mass, stiffness: degree of freedom {loose[0]} must have one of them")
 
         flexibility, surface = self.flexibility, self.surface
         if count == 1:
@@ -103,7 +103,7 @@ class Structure:
         else:
             flexibilities = each(finite, "flexibility", flexibility, "m/N")
             surface = [surface] * count if isinstance(surface, Surface) else surface
-            surface = tuple(listed("surface", surface, Surface, "Surfaces, or one"))
+            surface = tuple(listed("surface", surface, Surface, "Surfaces, or one Surface"))
             if flexibilities.shape not in ((), (count,)) or len(surface) != count:
                 raise ValueError(f"flexibility, surface: must be one for all contacts, or {count}, one for each")
             flexibility = np.broadcast_to(flexibilities, count).copy()
@@ -121,17 +121,17 @@ class Structure:
         return all(map(is_diagonal, matrices)) and bool((self.mass.diagonal() == 1.0).all())
 
     def made_by(self, again: Callable[[], "Structure"]) -> "Structure":
-        """Return this structure, which `again` makes anew."""
+        """Return this structure and note that `again` makes it anew."""
         object.__setattr__(self, "again", again)
         object.__setattr__(self, "_made", {})
         return self
 
     def made_from(self, before: "Structure", change: Callable[..., "Structure"], *arguments: Any) -> "Structure":
-        """Return this structure, which is `change(before, *arguments)`, also of what `before` is made anew."""
-        return self if before.again is None else self.made_by(partial(_changed, before.again, change, arguments))
+        """Return this structure, which is `change(before, *arguments)`, and note how to make it anew."""
+        return self if before.again is None else self.made_by(partial(_remade, before.again, change, arguments))
 
     def for_contacts(self, times: int) -> "Structure":
-        """Return the structure with defaults for contacts that are shorter by this factor, or by what is possible."""
+        """Return the structure with defaults for contacts shorter by this factor, or by as much as is possible."""
         size, made = self.origin.get("reduction", {}).get("full_size", self.size), vars(self).get("_made")
         while times > 1 and times * size > LARGEST_REMADE:
             times //= 2
@@ -187,12 +187,12 @@ class Structure:
         return f"Structure({', '.join(facts)})"
 
 
-def _changed(again: Callable[[], Structure], change: Callable[..., Structure], arguments: tuple[Any, ...]) -> Structure:
+def _remade(again: Callable[[], Structure], change: Callable[..., Structure], arguments: tuple[Any, ...]) -> Structure:
     return change(again(), *arguments)
 
 
 def oscillators(square: Vector, damping: Vector | None, contact: Vector, *others: Any) -> Structure:
-    """Return M = I and K = diag(ω²), with C from as many rates or a matrix. others: what follows `contact`."""
+    """Return a structure with M = I, K = diag(ω²), C from rates or a matrix. others: arguments after `contact`."""
     places = np.arange(square.size + 1)
 
     def diagonal(entries: Vector) -> sparse.csr_array:
@@ -204,23 +204,23 @@ def oscillators(square: Vector, damping: Vector | None, contact: Vector, *others
 
 
 def is_diagonal(matrix: sparse.csr_array) -> bool:
-    """Return whether a matrix is diagonal, without sums of sparse matrices, which take longer than a short run."""
+    """Return whether a matrix is diagonal, without sums of sparse matrices: they take longer than a short run."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     return bool(((matrix.indices == rows) | (matrix.data == 0.0)).all())
 
 
 def known_field(structure: Structure, name: str = "structure") -> Field:
-    """Return the field of a structure, or raise a ValueError that says which structures have one."""
+    """Return the field of a structure; raise a ValueError that says which structures have one if it has none."""
     instance(name, structure, Structure, "a Structure")
     if structure.field is not None:
         return structure.field
-    lost = "lost its field when it was reduced; reduce(..., keep_field=True)"
+    lost = "lost its field in the reduction; use reduce(..., keep_field=True)"
     why = lost if "reduction" in structure.origin else "has no field; cylinders, solids and plates have one"
     raise ValueError(f"{name}: this {structure.origin.get('kind', 'structure')} {why}")
 
 
 def surfaces_of(structure: Any) -> tuple[Surface, ...]:
-    """Return the surfaces of all contacts of a structure or participant, whose `surface` is one or a tuple of them."""
+    """Return the surfaces of all contacts of a structure or participant, also if it has a single one."""
     surface = structure.surface
     return surface if isinstance(surface, tuple) else (surface,)
 

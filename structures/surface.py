@@ -1,4 +1,4 @@
-"""The surface of a body at a contact point, as Hertz's law needs it: material and curvatures."""
+"""The surface of a body at a contact point: the material and curvatures that Hertz's law needs."""
 
 from functools import lru_cache
 from math import cos, exp, inf, log, pi, sqrt
@@ -11,7 +11,7 @@ from structures.described import checked_call, described_as
 from structures.material import Material
 from structures.quantities import ContactForce, Curvature, Direction, OneOf
 
-# A contact is round if its curvatures differ by less than this part: k depends on the square of it only
+# A contact counts as round if its curvatures differ by a smaller fraction, because k depends only on the square of it
 NEARLY_ROUND = 1e-6
 
 AxisRatio = Annotated[str, OneOf("exact", "approximate")]
@@ -26,9 +26,9 @@ class Surface:
     material : Material
         The material of the body.
     curvature, second_curvature : float
-        Principal curvatures, 1/m: 1/R for a sphere, 0 for a flat, negative for a concave surface; equal by default.
+        Principal curvatures, 1/m, equal by default: 1/R for a sphere, 0 for a plane, negative for a concave surface.
     direction : float
-        Direction of the first curvature, an angle about the common normal, rad.
+        Direction of the first curvature: an angle about the common normal, rad.
 
     Examples
     --------
@@ -49,7 +49,7 @@ class Surface:
 
 @checked_call
 def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
-    """Return principal relative curvatures 1/R′ ≤ 1/R″ of two surfaces that touch, 1/m (thesis, equations 5.3, 5.4)."""
+    """Return the principal relative curvatures 1/R′ ≤ 1/R″ of touching surfaces, 1/m (thesis, equations 5.3, 5.4)."""
     pairs = [(surface.curvature, float(surface.second_curvature or 0.0)) for surface in (first, second)]
     total = 0.5 * sum(map(sum, pairs))
     one, other = (curvature - second_curvature for curvature, second_curvature in pairs)
@@ -65,14 +65,14 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: AxisRatio = "ex
     """Return the stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
 
     Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹, where 1/R is the sum of the curvatures. Elliptic
-    contacts: equations 5.1 to 5.6 of the thesis; Johnson, Contact Mechanics (1985), 4.2.
+    contacts: equations 5.1 to 5.6 of the thesis, and section 4.2 of Johnson, Contact Mechanics (1985).
 
     Parameters
     ----------
     first, second : Surface
         The surfaces that touch at a point.
     axis_ratio : {"exact", "approximate"}
-        The ratio b/a of the contact ellipse solves Hertz's equation, or is (R′/R″)^(−2/3) as in the thesis.
+        Whether the ratio b/a of the contact ellipse solves Hertz's equation, or is (R′/R″)^(−2/3), as in the thesis.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
     Returns
     -------
     float
-        p₀ = 3F/(2πab), Pa, with the semi-axes a and b of the contact ellipse. A round contact has (6 F E*²/(π³R²))^⅓.
+        p₀ = 3F/(2πab), Pa, with the semi-axes a and b of the contact ellipse; (6 F E*²/(π³R²))^⅓ if it is round.
 
     Examples
     --------
@@ -132,17 +132,17 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
 def yield_pressure(material: Material) -> float:
     """Return the peak pressure of a round contact at which a material starts to yield below the surface.
 
-    Von Mises's criterion for the stresses on the axis (Johnson, section 6.1 and equation 3.45).
+    It follows from von Mises's criterion for the stresses on the axis (Johnson, section 6.1 and equation 3.45).
 
     Parameters
     ----------
     material : Material
-        The material, with its yield_strength in Pa.
+        The material, with its yield strength.
 
     Returns
     -------
     float
-        Pa: 1.61 times the yield strength for ν = 0.3; infinite if the material has no yield strength.
+        Pressure, Pa: 1.61 times the yield strength for ν = 0.3; infinite if the material has no yield strength.
 
     Examples
     --------
@@ -161,7 +161,9 @@ def _at_a_point(first: Surface, second: Surface) -> tuple[float, float, float]:
     """Return 1/R″, R′/R″ and the sum of the compliances 1/E* of two surfaces that touch at a point."""
     flat, sharp = relative_curvatures(first, second)
     if flat <= 1e-12 * sharp:
-        raise ValueError(f"curvature: {flat:.3g} in one direction, so the surfaces touch along a line; see contact_law")
+        raise ValueError(
+            "curvature: must not be 0 in one direction, or the surfaces touch along a line; see contact_law"
+        )
     return sharp, sharp / flat, 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
 
 

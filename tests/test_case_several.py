@@ -93,7 +93,7 @@ WRONG: list[tuple[str, Any, str]] = [
     (
         "structure.material",
         {"plies": [{"material": "PTFE", "thickness": 1e-3}]},
-        r"structure\.thickness: 0\.002 must be None or the laminate's own, 0\.001 m",
+        r"structure\.thickness: 0\.002 must be None or that of the laminate, 0\.001 m",
     ),
     ("chain[0].behind", {"structure": 1}, r"chain\[0\]\.behind: there is no contact point 0 of a structure 1"),
     ("measure", {"chain": 2}, r"measure\.chain: 2 is not a chain of 2"),

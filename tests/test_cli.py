@@ -157,7 +157,7 @@ def test_a_picture_of_a_signal_replaces_only_one_of_hertzlinks(
         (["study", "plate-boundary", "--output", "file"], "is a file"),
         (["study", "plate-boundary", "--sideways"], "--sideways"),
         (["signal", "tap.toml"], "tap.toml: is a case; give the file of a scope or recorder"),
-        (["signal", "file", "--interval", "1 kg"], '--interval: "1 kg": "kg" is no unit of this quantity'),
+        (["signal", "file", "--interval", "1 kg"], '--interval: "1 kg": "kg" is not a unit of this quantity'),
         (["identify", "case.toml"], "Missing argument 'TRACE'. Usage: hertzlink identify [OPTIONS] CASE.toml TRACE"),
         (["plot"], "No such command 'plot'"),
     ],

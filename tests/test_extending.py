@@ -139,7 +139,7 @@ def test_what_is_wrong_with_it_is_one_line(
     [
         (
             'length = "50 kg"',
-            'case.toml:8: structure.length: "50 kg": "kg" is no unit of this quantity; must be a length',
+            'case.toml:8: structure.length: "50 kg": "kg" is not a unit of this quantity; must be a length',
         ),
         ('length = "-50 mm"', 'case.toml:8: structure.length: "-50 mm" must be a positive number of m'),
         ('lenght = "50 mm"', "case.toml:8: structure.lenght: is not an entry here; did you mean length?"),

@@ -1,1 +1,1 @@
-"""Beads that deform and vibrate."""
+"""Deformable beads, which vibrate."""

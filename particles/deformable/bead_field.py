@@ -1,7 +1,7 @@
-"""Displacement and stress inside a bead that is pushed at its poles, by mode acceleration.
+"""Displacement and stress inside a bead that is pushed at its poles, by the mode acceleration method.
 
-Under the forces of the moment the bead deforms as if it were accelerated evenly; its modes carry only what differs from
-that (Williams, Aeronaut. Q. 1 (1949) 123). So the stress at the contacts does not depend on the number of modes.
+The bead deforms as if its instantaneous forces accelerated it uniformly. Its modes add only the difference from that
+deformation (Williams, Aeronaut. Q. 1 (1949) 123). So the stress at the contacts does not depend on the number of modes.
 """
 
 from math import ceil
@@ -17,29 +17,29 @@ from structures.field import Grid
 from structures.linear_algebra.factor import factorise
 from structures.structure import Vector
 
-CELLS, BEYOND = 8, 1.25  # cells over the radius of the widest contact, and how far even cells go, over that radius
-SHEAR = 5  # where the stress in the half-plane that is odd in the mid-plane stands: xz of xx, yy, zz, xy, yz, xz
+CELLS, BEYOND = 8, 1.25  # cells per radius of the widest contact, and extent of uniform cells in such radii
+SHEAR = 5  # index of the stress xz, which is odd about the mid-plane
 
 
 class Push(NamedTuple):
-    """A contact's force on a pole, N, and the radius of the circle that it is spread over as Hertz's pressure, m."""
+    """A contact's force on a pole, N, and the radius of the circle of its Hertzian pressure, m."""
 
     force: float
     radius: float
 
 
 class BeadField:
-    """The fields of one bead in the half-plane (r, 0, z): the pole that is struck is on top, z > 0.
+    """The fields of one bead in the half-plane (r, 0, z): the struck pole is on top, z > 0.
 
-    modes: elastic ones, of `vibration(bead, modes)`. widest: radius of its widest contact, m. grid: points from the
-    centre, m, and cells.
+    modes: number of elastic modes, as in `vibration`. widest: radius of the widest contact, m. grid: points relative to
+    the centre, m, and cells.
     """
 
     def __init__(self, bead: Any, modes: int, widest: float) -> None:
         body: Any = body_of(bead, 1.0, "bead")
         if widest > WIDEST_CONTACT * body.radius:
             raise ValueError(f"widest = {widest!r}: must be at most {WIDEST_CONTACT * body.radius:.3g} m")
-        # Even cells at the contact, beyond it growing up to those of the modes; no contact is a point.
+        # Uniform cells at the contact; beyond it they grow to the size for the modes. A contact is never a point.
         coarsest = mode_spacing(body, modes)
         finest = min(max(widest, 1e-4 * body.radius) / CELLS, coarsest)
         even = np.linspace(0.0, BEYOND * widest, ceil(BEYOND * widest / finest) + 1)
@@ -53,7 +53,7 @@ class BeadField:
         surface = surface[: surface.size - 1 + surface.size % 2]
         self.radii, self.pressed = along[surface], section.along[surface]
 
-        # Both halves, and in each the modes that belong to it.
+        # Both kinds of halves, with the modes of each.
         opposite, together = section.half(opposite=True), section.half(opposite=False)
         self.halves, self.solves = (opposite, together), (factorise(opposite.stiffness), hung(together))
         self.vibration = vibration(bead, modes)
@@ -62,7 +62,7 @@ class BeadField:
         alike = lowest_modes(opposite, count, body)[1], lowest_modes(together, modes - count + 1, body)[1][:, 1:]
         self.modes = ((symmetric, alike[0]), (~symmetric, alike[1]))
 
-        # The struck half, and its mirror image, whose cells are turned so that none is inside out.
+        # The struck half and its mirror image, whose cells are reordered so that none is inside out.
         unmoved, parts = np.arange(2 * along.size), np.zeros(mesh.nelements, int)
         self.sampler = ElasticSampler(mesh, ElementQuad2, INTEGRATION_ORDER, unmoved, [body.material], parts)
         self.middle = along == along.max()
@@ -74,9 +74,9 @@ class BeadField:
         self.grid = Grid(points, np.concatenate([grid.cells, turned]), grid.kind, np.tile(grid.part, 2), True)
 
     def at(self, struck: Push, far: Push, amplitude: Vector) -> tuple[Vector, Vector]:
-        """Return the displacement about the centre of mass, p × 3, m, and the stress xx, yy, zz, xy, yz, xz, Pa.
+        """Return the displacement relative to the centre of mass, p × 3, m, and the stress xx, yy, zz, xy, yz, xz, Pa.
 
-        struck, far: what presses the poles inwards. amplitude: of the modes, √kg·m. x is r, and y the hoop.
+        struck, far: the pushes on the poles. amplitude: amplitudes of the modes, √kg·m. x is r, and y is the hoop.
         """
         static = self.at_rest(struck, far)
         loads = self._load(struck), self._load(far)
@@ -86,7 +86,7 @@ class BeadField:
             u = half.spread @ (solve(half.spread.T @ load) + shapes @ (amplitude - static)[which])
             moved.append(self.sampler.displacement(u))
             stressed.append(self.sampler.stress(u))
-        # Nodes of the mid-plane know the cells of one half only; the mean of both is without what is odd.
+        # A node of the mid-plane has cells of one half only. In the mean of both halves the odd part vanishes.
         stressed[0][self.middle, SHEAR] = 0.0
         stressed[1][self.middle, :SHEAR] = 0.0
         whole = []
@@ -95,14 +95,14 @@ class BeadField:
         return whole[0], whole[1]
 
     def at_rest(self, struck: Push, far: Push) -> Vector:
-        """Return the amplitudes of the modes in a bead that these forces accelerate evenly, √kg·m."""
+        """Return the amplitudes of the modes in a bead that these forces accelerate uniformly, √kg·m."""
         modes = self.vibration
         amplitude: Vector = (modes.struck * struck.force - modes.far * far.force) / modes.frequencies**2
         return amplitude
 
     def _load(self, push: Push) -> Vector:
-        """Return the forces on the nodes of the struck half, N, of Hertz's pressure √(1 − r²/a²)."""
-        # With r = a sin φ it is smooth up to its edge: 3 sin φ cos² φ dφ of the force lies between φ and φ + dφ.
+        """Return the nodal forces on the struck half, N, for Hertz's pressure, proportional to √(1 − r²/a²)."""
+        # With r = a sin φ the integrand is smooth up to the edge: the fraction 3 sin φ cos² φ dφ lies within dφ.
         corners = self.radii[::2]
         edges = np.arcsin(np.minimum(corners / max(push.radius, 1e-12), 1.0))
         half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]

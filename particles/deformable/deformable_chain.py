@@ -1,7 +1,7 @@
-"""Chains of beads that move by their lowest free vibrations, and beyond those deform at once.
+"""Chains of beads that move in their lowest free vibrations, with the quasi-static compliance of all higher modes.
 
-Of that, the part at the pole which is pushed is in the contact's law; that at the other pole is a flexibility,
-`Vibration.cross` (MacNeal, Comput. Struct. 1 (1971) 581).
+The contact's law contains the compliance at the pushed pole. The compliance at the other pole is `Vibration.cross`
+(MacNeal, Comput. Struct. 1 (1971) 581).
 """
 
 from functools import cached_property, lru_cache
@@ -27,23 +27,23 @@ from structures.quantities import Asks, Count
 from structures.structure import Vector
 from structures.surface import Surface
 
-BEYOND = 4.0
+BEYOND = 4.0  # extent of local laws, in deepest approaches
 
 
 @described
 class DeformableChain(Chain):
-    """A chain whose beads deform and vibrate, as in the thesis's finite elements (section 3.2).
+    """A chain whose beads deform and vibrate, like the finite elements of the thesis (section 3.2).
 
-    It replaces a Chain anywhere; results also hold the force through each bead's central section, and its vibration.
+    It can replace a Chain anywhere. Results also hold the force through each bead's central section, and its vibration.
 
     Parameters
     ----------
-    beads, striker, impact_speed, gravity, dissipation, preload, inclination : as of a Chain
-        Bodies are Spheres, HollowSpheres and Ellipsoids along the chain.
+    beads, striker, impact_speed, gravity, dissipation, preload, inclination : as in Chain
+        The bodies are Spheres, HollowSpheres and Ellipsoids along the chain.
     law : ContactLaw or callable or None
-        By default that of finite elements, `hl.laws.computed_law`; one that is given counts the approach of mid-planes.
+        A law of the approach of the mid-planes; by default from finite elements, `hl.laws.computed_law`.
     modes : int
-        The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 (rigid) to 20.
+        Number of modes of each free bead, 1 to 20: the rigid motion and the lowest axisymmetric vibrations.
     damping : Viscous or None
         The loss inside the beads and the striker: `hl.damping.Modal` or `Rayleigh`.
 
@@ -59,13 +59,13 @@ class DeformableChain(Chain):
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.law, YieldingLaw):
-            raise ValueError(f"law = {self.law!r}: needs rigid beads; give a Chain, not a DeformableChain")
+            raise ValueError(f"law = {self.law!r}: must not yield in a DeformableChain; give a Chain")
         if not isinstance(self.damping, Viscous | None):
             raise ValueError(f"damping = {short(self.damping)}: must be hl.damping.Modal(ratio) or Rayleigh")
         if self.damping is not None:
-            self.damping.of_modes(np.ones(1))  # it refuses what damps structures only
+            self.damping.of_modes(np.ones(1))  # refuses damping that is for structures only
         if self.damping is not None and self.modes == 1:
-            raise ValueError("damping: acts on vibrations, which modes = 1 leaves out; take more modes")
+            raise ValueError("damping: must be None for modes = 1, as there are no vibrations to damp")
         for i, bead in enumerate(self.beads):
             body_of(bead, 1.0, f"beads[{i}]")
         if self.body is not None:
@@ -73,16 +73,16 @@ class DeformableChain(Chain):
 
 
 class MovingDeformableChain(MovingChain):
-    """A DeformableChain as a participant: behind the positions of the centres of mass are the amplitudes of the modes.
+    """A DeformableChain as a participant. The amplitudes of the modes follow the positions of the centres of mass.
 
-    laws count the approach of mid-planes, local_laws what is left of it without the modes.
+    `laws` are laws of the approach of the mid-planes; `local_laws` are those of the remainder without the modes.
     """
 
     chain: DeformableChain
 
     @cached_property
     def shapes(self) -> tuple[Vibration | None, ...]:
-        """The vibrations of body 0 and of the beads; None where there is no body."""
+        """The vibrations of body 0 and of the beads; None without a body."""
         bodies: tuple[Any, ...] = (self.chain.body, *self.chain.beads)
         return tuple(None if body is None else vibration(body, self.chain.modes - 1) for body in bodies)
 
@@ -99,17 +99,17 @@ class MovingDeformableChain(MovingChain):
         return Vibrations(stiffness, struck, far, rate, cross)
 
     def law_between(self, bead: Any, facing: Any) -> ContactLaw:
-        """By finite elements; by formulas for structures that are curved in one direction only."""
+        """Return a law by finite elements, or by formulas for a structure that is not round at the contact."""
         analytic = law_of_bodies(bead, facing)
         if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
             return analytic
         deepest, speed = self._deepest(analytic), self.chain.impact_speed
         try:
-            # To the next power of √2, so that the runs of a sweep share their laws.
+            # Up to the next power of √2, so that the runs of a sweep share their laws.
             return _law_of_bodies(bead, facing, max_approach=2.0 ** (ceil(2.0 * log2(deepest)) / 2.0))
         except ValueError as error:
             culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
-            raise ValueError(f"{culprit}: a contact that holds all {self.energy:.3g} J needs a law=") from error
+            raise ValueError(f"{culprit}: contacts with all {self.energy:.3g} J must have a law=") from error
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
@@ -118,12 +118,12 @@ class MovingDeformableChain(MovingChain):
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
         in_modes = np.add(softness, [*softness[1:], 0.0]).tolist()
         return tuple(
-            law and _without(law, flexibility, self._deepest(law), self.chain.modes)
+            law and _local_law(law, flexibility, self._deepest(law), self.chain.modes)
             for law, flexibility in zip(self.laws, in_modes, strict=True)
         )
 
     def _deepest(self, law: ContactLaw) -> float:
-        """Return the approach, m, at which one contact would hold all energy, on top of the greatest static force."""
+        """Return the approach, m, at which one contact would hold all energy, plus that of the largest static force."""
         beads = sum(bead.mass for bead in self.chain.beads)
         static = self.chain.preload + abs(self.chain.gravity_along) * beads
         return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
@@ -146,7 +146,7 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def _damping_times(self) -> tuple[float, float]:
-        """In which losses stop a contact, whose poles are lighter than their bodies, and a vibration, s."""
+        """Times in which losses stop a contact, whose poles are lighter than the bodies, and a vibration, s."""
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
         in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
@@ -164,7 +164,7 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def shortest_period(self) -> float:
-        """That of the beads' modes, s."""
+        """The shortest period of the beads' modes, s."""
         fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
         return 2.0 * pi / fastest if fastest > 0.0 else inf
 
@@ -189,7 +189,7 @@ class MovingDeformableChain(MovingChain):
     def section_force(self, contact_force: Vector, position: Vector, velocity: Vector) -> Vector:
         """Return the compressive force through the central section of each body, N, by the struck half's momentum."""
         vibrations = self.vibrations
-        # Where nothing touches the first bead, a force history stands for its contact, which pushes all of the bead.
+        # If nothing touches the first bead, contact 1 is a force history, which acts on the whole bead.
         pushed = np.where([law is not None for law in self.laws[:-1]], contact_force[:, :-1], 0.0)
         behind = np.column_stack([np.zeros(len(contact_force)), pushed])[:, :, None]
         ahead = contact_force[:, :, None]
@@ -208,7 +208,7 @@ class MovingDeformableChain(MovingChain):
 
 
 def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
-    """Return the MovingChain of rigid or of deformable beads."""
+    """Return the MovingChain of a chain of rigid or deformable beads."""
     kind = MovingDeformableChain if isinstance(chain, DeformableChain) else MovingChain
     return kind(chain, *facts, **more)
 
@@ -217,14 +217,14 @@ _law_of_bodies = lru_cache(maxsize=256)(computed_law)
 
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables
-def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
-    """Return the law less a linear flexibility, m/N, at least as deep as `deepest`, m."""
+def _local_law(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
+    """Return the law without a linear flexibility, m/N, up to at least the approach `deepest`, m."""
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
-    # Where the modes leave the contact little, small errors of both are large ones of what is left.
+    # If the modes account for almost all of the approach, small errors of both are large in the remainder.
     enough = np.append(True, np.diff(local) > 0.2 * np.diff(approaches))
     count = approaches.size if enough.all() else int(enough.argmin())
     if approaches[count - 1] < deepest:
-        raise ValueError(f"modes = {modes!r}: too many for a contact of {law.name} pressed by {deepest:.3g} m")
+        raise ValueError(f"modes = {modes!r}: must be fewer for a contact of {law.name} pressed by {deepest:.3g} m")
     return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

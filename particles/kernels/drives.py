@@ -1,43 +1,43 @@
-"""Drives: what moves body 0 of each chain, or pushes its first bead."""
+"""Drives: the motion of body 0 of each chain, and forces on body 0 and on the first bead."""
 
 from typing import Any, NamedTuple
 
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
-# What body 0 is, and what history the chain is driven by. FREE: a striker, none; MOVED: it moves by a history; else it
-# moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with none.
+# Kinds of drives. FREE: body 0 is a striker. MOVED: body 0 moves by a history. PUSHED: bead 1 has a force history.
+# STEADY: there is no history. In the last two, body 0 keeps its speed.
 FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
 
 
 class Drives(NamedTuple):
-    """What drives each chain, and dead loads; arrays have an entry for each chain."""
+    """The drives and dead loads of chains; arrays have an entry for each chain."""
 
-    acts: Vector  # whether anything but contacts and gravity acts on body 0 or bead 1
+    acts: Vector  # whether a force other than contacts and gravity acts on body 0 or bead 1
     kind: Vector  # FREE, PUSHED, MOVED or STEADY
-    begin: Vector  # where the chain's part of the history begins; one entry more
-    history: Vector  # 3 × n: times (s), values (N or m) and rates. Cubic between times, constant outside.
+    begin: Vector  # the start of each chain's part of the history, and the end
+    history: Vector  # 3 × n: times (s), values (N or m) and rates; cubic between times, constant outside
     preload: Vector  # a dead load on bead 1, N
-    spring: Vector  # N/m, a spring that pushes body 0 until it is at `spring_end` (m)
+    spring: Vector  # a spring that pushes body 0 until it reaches `spring_end` (m), N/m
     spring_end: Vector
 
 
 @inner(forceinline=True)
 def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
-    """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
+    """Return the outer forces on body 0 and on bead 1, without gravity, and the force of the history, N."""
     push = place_and_speed(drive, c, t)[0] if drive.kind[c] == PUSHED else 0.0
     return drive.spring[c] * max(drive.spring_end[c] - place, 0.0), push + drive.preload[c], push
 
 
 @inner(forceinline=True)
 def energy_of_loads(drive: Any, c: int, striker: float, bead: float) -> float:
-    """Return the potential energy of the dead load and of the spring, J; by the places of body 0 and bead 1, m."""
+    """Return the potential energy of the dead load and the spring, J, from the positions of body 0 and bead 1, m."""
     return float(0.5 * drive.spring[c] * max(drive.spring_end[c] - striker, 0.0) ** 2 - drive.preload[c] * bead)
 
 
 @inner()
 def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
-    """Return value and rate of the history of chain c: of a body 0 that moves, its position (m) and velocity."""
+    """Return the value and rate of the history of chain c; of a MOVED body 0, the position (m) and velocity."""
     first, end = drive.begin[c], drive.begin[c + 1]
     times, values, rates = drive.history
     if t < times[first] or t >= times[end - 1]:
@@ -60,6 +60,6 @@ def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
 
 @inner(forceinline=True)
 def mean_rate(drive: Any, c: int, t: float, step: float) -> float:
-    """Return the rate of a history over a step; at its start where the step is zero."""
+    """Return the mean rate of a history over a step, or the rate at its start if the step is zero."""
     value, rate = place_and_speed(drive, c, t)
     return (place_and_speed(drive, c, t + step)[0] - value) / step if step > 0.0 else rate

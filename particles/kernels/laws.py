@@ -1,4 +1,4 @@
-"""Contact laws as pieces: the force of a contact over its overlap, its slope and its energy."""
+"""Contact laws as pieces: the force of a contact as a function of its overlap, its slope and its energy."""
 
 from math import sqrt
 from typing import Any, NamedTuple
@@ -9,17 +9,18 @@ from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
-# m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers.
+# m. The front of a solitary wave decays doubly exponentially. Smaller overlaps would become subnormal numbers, which
+# are slow.
 NEGLIGIBLE = 1e-60
-NEVER = 1e300  # m, the overlap at which a contact yields that does not
-# Cubics in an octave of the overlap, where tables begin, 2^-60 m, and how far they go, to 2^-3 m.
+NEVER = 1e300  # m, the yield overlap of a contact that does not yield
+# Cubics per octave of the overlap; tables begin at 2^-60 m and end after 57 octaves, at 2^-3 m.
 BUCKETS, LOWEST, OCTAVES = 32, -60, 57
-MOST_ITERATIONS = 50  # of Newton's method for a contact on a spring, which takes three to five
+MOST_ITERATIONS = 50  # of Newton's method for a contact on a spring, which needs three to five
 
 
 @by_type
 def force(law: Any, i: int, overlap: float) -> float:
-    """Return the elastic force of contact i, N; zero where it is open."""
+    """Return the elastic force of contact i, N; zero if it is open."""
     raise NotImplementedError
 
 
@@ -31,31 +32,31 @@ def slope(law: Any, i: int, overlap: float) -> float:
 
 @by_type
 def energy(law: Any, i: int, overlap: float) -> float:
-    """Return the energy that contact i gives back as it opens, J."""
+    """Return the energy that contact i returns as it opens, J."""
     raise NotImplementedError
 
 
 @by_type
 def elastic_overlap(law: Any, i: int, overlap: float) -> float:
-    """Return the part of the overlap that contact i gives back, m; negative where its faces are apart."""
+    """Return the elastic part of the overlap of contact i, m; negative if its faces are apart."""
     return overlap
 
 
 @by_type
 def with_memory(law: Any, y: Vector) -> Any:
-    """Return the law with what its contacts remember, which lies at the end of the coordinates."""
+    """Return the law with the memory of its contacts, which is at the end of the coordinates."""
     return law
 
 
 @by_type
 def force_of_step(law: Any, i: int, overlap: float) -> float:
-    """Return the force at an overlap that contact i really has, and remember this overlap."""
+    """Return the force at the overlap of contact i at the end of a step, and remember this overlap."""
     return force(law, i, overlap)
 
 
 @by_type
 def lost_to_yielding(law: Any, before: Any, first: int, last: int) -> float:
-    """Return the energy that the contacts from first to last lost by yielding since the law was as before, J."""
+    """Return the energy that the contacts from first to last have lost by yielding since the state `before`, J."""
     return 0.0
 
 
@@ -80,12 +81,12 @@ def hertz_on_spring(scale: float, approach: float) -> float:
     if approach <= NEGLIGIBLE:
         return approach
     z = scale * sqrt(approach)
-    # Newton's first step from g = 1; its sequence ends in a few more for a spring stiffer than the contact.
+    # The first step of Newton's method from g = 1. A few more steps suffice if the spring is stiffer than the contact.
     part = 1.0 - z / (2.0 + 3.0 * z)
     for _ in range(MOST_ITERATIONS):
         change = (part * part * (1.0 + z * part) - 1.0) / (part * (2.0 + 3.0 * z * part))
         part -= change
-        # It converges quadratically: after a change so small the next would be rounding.
+        # Convergence is quadratic: after so small a change the next one would be rounding.
         if not abs(change) > 1e-9 * part:
             break
     return part * part * approach
@@ -93,14 +94,14 @@ def hertz_on_spring(scale: float, approach: float) -> float:
 
 @inner(forceinline=True)
 def hertz(stiffness: float, overlap: float) -> float:
-    """Return k δ^1.5, zero of a contact that is open."""
+    """Return k δ^1.5; zero for an open contact."""
     closed = overlap if overlap > NEGLIGIBLE else 0.0
     return stiffness * closed * sqrt(closed)
 
 
 @inner(forceinline=True)
 def hertz_energy(stiffness: float, overlap: float) -> float:
-    """Return ∫k δ^1.5 dδ, J, zero of a contact that is open."""
+    """Return ∫k δ^1.5 dδ, J; zero for an open contact."""
     closed = overlap if overlap > NEGLIGIBLE else 0.0
     return stiffness * (0.4 * closed * closed * sqrt(closed))
 
@@ -108,7 +109,7 @@ def hertz_energy(stiffness: float, overlap: float) -> float:
 class Hertz(NamedTuple):
     """F = k δ^1.5."""
 
-    stiffness: Vector  # k of each contact, N/m^1.5; zero where nothing is
+    stiffness: Vector  # k of each contact, N/m^1.5; zero without a contact
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
@@ -129,7 +130,7 @@ class Hertz(NamedTuple):
 
 @inner(forceinline=True)
 def bucket(overlap: float) -> int:
-    """Return which cubic holds an overlap: exponent and leading five bits of a float count the buckets."""
+    """Return the number of the cubic for an overlap, from the exponent and the leading five bits of the float."""
     bits: Any = np.float64(overlap).view(np.int64) >> (52 - 5)
     return min(max(bits - ((1023 + LOWEST) << 5), 0), BUCKETS * OCTAVES - 1)
 
@@ -158,14 +159,14 @@ def cubic_integral(rows: Vector, row: int, overlap: float) -> float:
 
 
 def table_edges() -> Vector:
-    """Return where the cubics of a table begin and end, m."""
+    """Return the limits of the cubics of a table, m."""
     i = np.arange(BUCKETS * OCTAVES + 1)
     edges: Vector = 2.0 ** (LOWEST + i // BUCKETS) * (1.0 + (i % BUCKETS) / BUCKETS)
     return edges
 
 
 class Tabulated(NamedTuple):
-    """F = k f(δ), f a table of cubics."""
+    """F = k f(δ), where f is a table of cubics."""
 
     stiffness: Vector  # k of each contact
     first: Vector  # the first row of each contact's table
@@ -191,11 +192,11 @@ class Tabulated(NamedTuple):
 
 
 class Mixed(NamedTuple):
-    """A piece for some contacts, and one for the others."""
+    """One piece for some contacts, and another for the others."""
 
     own: Any
     others: Any
-    is_own: Vector  # whether a contact is of the first piece
+    is_own: Vector  # whether a contact has the first piece
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
@@ -233,17 +234,17 @@ class Mixed(NamedTuple):
 
 
 class Yielding(NamedTuple):
-    """Contacts that yield; see particles.laws.yielding. What they remember lies at the end of the coordinates."""
+    """Contacts that yield; see particles.laws.yielding. Their memory is at the end of the coordinates."""
 
-    stiffness: Vector  # of the first, elastic loading, N/m^1.5
-    begin: Vector  # the overlap at which each contact yields, m; NEVER where it does not
-    yield_force: Vector  # the force there, N
-    loading: Vector  # first row in `rows` of the force above that one, over the overlap beyond that one
-    indentation: Vector  # first row of the dent, m, over the largest overlap beyond that one
+    stiffness: Vector  # of the first loading, which is elastic, N/m^1.5
+    begin: Vector  # the overlap at which each contact yields, m, or NEVER
+    yield_force: Vector  # the force at that overlap, N
+    loading: Vector  # the first row in `rows` of the force above yield_force, over the overlap above begin
+    indentation: Vector  # the first row of the dent, m, over the largest overlap above begin
     rows: Vector
-    limit: Vector  # the overlaps beyond which they yield further, m
-    hard: Vector  # the stiffnesses of unloading, N/m^1.5
-    dent: Vector  # the dents that are left, m
+    limit: Vector  # memory: the overlaps beyond which the contacts yield further, m
+    hard: Vector  # memory: the stiffnesses of unloading, N/m^1.5
+    dent: Vector  # memory: the permanent dents, m
 
     @staticmethod
     def with_memory(law: Any, y: Vector) -> Any:
@@ -261,7 +262,7 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
-        """Return the slope of unloading, N/m, which losses see."""
+        """Return the slope of unloading, N/m, on which losses depend."""
         hard, dent = unloading(law, i, overlap)
         return float(1.5 * hard * sqrt(overlap - dent)) if overlap - dent > NEGLIGIBLE else 0.0
 
@@ -309,14 +310,14 @@ class Yielding(NamedTuple):
 
 @inner(forceinline=True)
 def loading_force(law: Any, i: int, overlap: float) -> float:
-    """Return the force of a contact that is being pressed further than ever, N."""
+    """Return the force of a contact at an overlap beyond its largest one, N."""
     depth = overlap - law.begin[i]
     return law.yield_force[i] + cubic(law.rows, law.loading[i] + bucket(depth), depth)
 
 
 @inner(forceinline=True)
 def unloading_after(law: Any, i: int, largest: float) -> tuple[float, float]:
-    """Return stiffness (N/m^1.5) and dent (m) of a contact after an overlap beyond that at which it yields."""
+    """Return the unloading stiffness (N/m^1.5) and the dent (m) of a contact after an overlap beyond yield."""
     depth = largest - law.begin[i]
     dent = cubic(law.rows, law.indentation[i] + bucket(depth), depth)
     return loading_force(law, i, largest) / ((largest - dent) * sqrt(largest - dent)), dent
@@ -324,7 +325,7 @@ def unloading_after(law: Any, i: int, largest: float) -> tuple[float, float]:
 
 @inner(forceinline=True)
 def unloading(law: Any, i: int, overlap: float) -> tuple[float, float]:
-    """Return stiffness and dent: those that the contact remembers, or those after this overlap if it is larger."""
+    """Return unloading stiffness and dent: the remembered ones, or new ones if this overlap is larger than before."""
     if overlap > law.limit[i]:
         return unloading_after(law, i, overlap)
     return law.hard[i], law.dent[i]
@@ -332,7 +333,7 @@ def unloading(law: Any, i: int, overlap: float) -> tuple[float, float]:
 
 @inner(forceinline=True)
 def plastic_work(law: Any, i: int, largest: float) -> float:
-    """Return the energy that a contact has lost after its largest overlap, J."""
+    """Return the energy that a contact with this largest overlap has lost, J."""
     begin = law.begin[i]
     if not largest > begin:
         return 0.0

@@ -1,4 +1,4 @@
-"""Losses as pieces: forces of closed contacts beside the elastic one, and forces on single bodies."""
+"""Losses as pieces: forces of closed contacts added to the elastic ones, and forces on single bodies."""
 
 from math import sqrt
 from typing import Any, NamedTuple
@@ -11,14 +11,16 @@ from structures.structure import Vector
 
 @by_type
 def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-    """Return the force of closed contact i with its loss, N, from its elastic force, the slope of that, the part of the
-    overlap that it gives back, and the rate of approach, m/s."""
+    """Return the force of closed contact i with its loss, N.
+
+    elastic, slope: the elastic force and its slope. overlap: its elastic part, m. rate: of approach, m/s.
+    """
     return elastic
 
 
 @by_type
 def loses(loss: Any) -> bool:
-    """Return whether anything loses energy but by yielding."""
+    """Return whether energy is lost other than by yielding."""
     return True
 
 
@@ -30,13 +32,13 @@ def drag(loss: Any, i: int) -> float:
 
 @by_type
 def force_on_body(loss: Any, i: int, behind: float, ahead: float) -> float:
-    """Return the force on body i by the difference of the approach rates (m/s) of its contacts, N; zero where open."""
+    """Return the force on body i, N, due to the difference of the approach rates of its contacts, m/s; 0 if open."""
     return 0.0
 
 
 @inner(forceinline=True)
 def overlap_at(law: Any, i: int, approach: float, flexibility: float) -> float:
-    """Return the part of an approach, m, that is the contact's own; the rest is that of a massless spring, m/N."""
+    """Return the contact's own part of an approach, m; the rest is that of a massless spring of a flexibility, m/N."""
     return approach if flexibility == 0.0 else overlap_on_spring(law, i, approach, flexibility)
 
 
@@ -44,12 +46,12 @@ def overlap_at(law: Any, i: int, approach: float, flexibility: float) -> float:
 def force_and_loss(
     law: Any, loss: Any, i: int, approach: float, overlap: float, elastic: float, rate: float, flexibility: float
 ) -> tuple[float, float]:
-    """Return the force of a contact, N, and the power that its loss takes, W, from its elastic force, N.
+    """Return the force of a contact, N, and the power of its loss, W, from its elastic force, N.
 
-    overlap: the contact's own part of the approach, m. The loss acts on that part of the rate, m/s; a massless spring
-    (m/N) yields to it, to first order.
+    overlap: the contact's own part of the approach, m. The loss depends on that part of the rate, m/s. To first order,
+    the deformation of a massless spring (m/N) is included.
     """
-    # A striker that just touches pushes its dashpot at once. A dent that is not touched any more has no loss.
+    # A striker that just touches has a loss at once. A dent that is no longer touched has none.
     if elastic_overlap(law, i, approach) < 0.0:
         return elastic, 0.0
     released, tangent = elastic_overlap(law, i, overlap), slope(law, i, overlap)
@@ -65,7 +67,7 @@ def force_and_loss(
 
 @inner(forceinline=True)
 def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
-    """Return the force of contact i at an approach that it really has, N, and the power that its loss takes, W."""
+    """Return the force of contact i at the approach at the end of a step, N, and the power of its loss, W."""
     overlap = overlap_at(law, i, approach, flexibility)
     if not loses(loss):
         return force_of_step(law, i, overlap), 0.0
@@ -79,7 +81,7 @@ def move_body(
     loss: Any, chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float,
     kick: float, drift: float,
 ) -> None:  # fmt: skip
-    """Move a body on by the sum of its contact forces: the velocity by the time `kick`, the position by `drift`."""
+    """Move a body by the sum of its contact forces: the velocity for the time `kick`, the position for `drift`."""
     acceleration = chains.inverse_mass[i] * force + chains.gravity[i]
     if loses(loss) and chains.inverse_mass[i] > 0.0:
         slowing = drag(loss, i) * ahead[i]
@@ -92,27 +94,29 @@ def move_body(
 
 
 class NoLoss(NamedTuple):
-    """Elastic chains."""
+    """No loss: elastic chains."""
 
     @staticmethod
     def loses(loss: Any) -> bool:
         return False
 
 
-# With what the loss of a contact grows: with nothing, with F′, or with √[(F′ + F/δ)/2].
+# The factor g of the loss of a contact: 1, F′, or √[(F′ + F/δ)/2].
 DASHPOT, TANGENT, SECANT = range(3)
 
 
 class Losses(NamedTuple):
-    """A force c g δ̇^α of each contact, and forces on each body. One piece has all forms: each combination of pieces
-    compiles for seconds. Numbers are zero where nothing is, or where the motion of a body is prescribed."""
+    """A force c g δ̇^α of each contact, and forces on each body.
+
+    One piece has all forms, because each combination of pieces takes seconds to compile. Coefficients are zero without
+    a contact, and for a body with a prescribed motion.
+    """
 
     coefficient: Vector  # c of each contact
     exponent: Vector  # α of each contact and body
     form: Vector  # g: DASHPOT, TANGENT or SECANT
-    drag_rate: Vector  # of the drag on each body, 1/s
-    # Of a force by the difference of the approach rates at a body's contacts, equation 4.1 of Khatri's thesis.
-    on_body: Vector
+    drag_rate: Vector  # c of the drag on each body, 1/s
+    on_body: Vector  # c of a force by the difference of the approach rates at a body's contacts (thesis, equation 4.1)
 
     @staticmethod
     def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:

@@ -1,4 +1,4 @@
-"""All chains of a run as the compiled loops take them, and their steps in time."""
+"""All chains of a run in the form for the compiled loops, and their steps in time."""
 
 from typing import Any, NamedTuple
 
@@ -14,38 +14,38 @@ from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
-WORK_ROWS = 8  # rows of work space, each as long as the coordinates
-# Of a chain: body 0, the last bead, and the surface that has the place of body 0 (−1 where none has); where body 0 is
-# at rest, m; whether bodies ahead of a wave are at rest at zero, as the chain bears no static load; whether something
-# touches the first bead from behind, and whether the last one faces something.
+WORK_ROWS = 8  # number of rows of the work space, each as long as the coordinates
+# The ends of a chain: body 0, the last bead, and the surface that takes the place of body 0, or −1; the static position
+# of body 0, m; whether bodies ahead of a wave are at rest at zero, because there is no static load; whether the first
+# bead has a contact behind it; whether the last bead faces a surface.
 ENDS = np.dtype(
     [(name, np.int64) for name in ("striker", "last", "behind")]
     + [("rest", float)]
     + [(name, np.bool_) for name in ("quiet", "touched", "faces")]
 )
-# Of a chain in a window: its steps, and the first body that the motion of the surface can reach; body 0 for all.
+# A chain in a window: its steps, and the first body that the motion of the surface can reach; body 0 means all.
 PACE = np.dtype([("steps", np.int64), ("reached", np.int64)])
-# Of a chain in a window: energy that losses took, and work of the drive, J.
+# The energy lost by a chain in a window, and the work of its drive, J.
 MOVED = np.dtype([("lost", float), ("driven", float)])
-# Of a contact in a window: the surface at its end where no force acts, and at its start, m; the mean force on the
-# structure, and that which the chain answers, N; the surface at the end, m; the work of the answer, J.
+# A contact in a window. The surface at the end without force, and at the start, m; the mean force on the structure, and
+# the mean force with which the chain answers, N; the surface at the end, m; the work of the answer, J.
 TRIED = np.dtype([(name, float) for name in ("at_rest", "start", "force", "answer", "surface", "work")])
 
 
 class Chains(NamedTuple):
-    """All of some chains that does not change during a run; the first three fields are pieces.
+    """The constant data of the chains of a run; the first three fields are pieces.
 
-    The B bodies of all chains lie one after the other, and contact i is the one ahead of body i.
+    The B bodies of all chains follow one another. Contact i is the contact ahead of body i.
     """
 
-    stepper: Any  # verlet or DampedVerlet
+    stepper: Any  # Verlet or DampedVerlet
     law: Any
     loss: Any
     drive: Drives
     vibrations: Vibrations
     inverse_mass: Vector  # B, 1/kg; zero for a body with a prescribed motion
-    gravity: Vector  # B, along the chain, m/s²; zero for such a body
-    wall: Vector  # B: the surface that a body faces; −1 where it faces the next body
+    gravity: Vector  # B, along the chain, m/s²; zero for a body with a prescribed motion
+    wall: Vector  # B: the surface that a body faces, or −1 if it faces the next body
     spring: Vector  # B: flexibility of a massless spring at each contact, m/N, zero between beads
     ends: Any  # C records ENDS
 
@@ -55,19 +55,19 @@ def move(
     stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
     start: float, end: float, reached: int, again: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Move chain c on by one window from time t in place, while the surface goes straight from start to end, m.
+    """Move chain c in place by one window from time t, while the surface moves linearly from start to end, m.
 
-    again: whether only bodies from `reached` on are moved, from where the last window with False began.
+    again: whether only bodies from `reached` on are moved, from where the last window without `again` began.
 
-    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
-    the drive's work, J. It becomes a part of its caller, for a call would pass some hundred numbers.
+    Return the mean forces on the structure and on body 0 if it is not a striker (else zero), N, the energy lost and the
+    work of the drive, J. It is inlined in its caller, because a call would pass about a hundred numbers.
     """
     raise NotImplementedError
 
 
 @by_type
 def flying(loss: Any, chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
-    """Return the first body that does not keep its velocity over a window because its contacts stay open."""
+    """Return the first body that may touch another in a window; those before keep their velocities."""
     last = chains.ends[c].last
     for i in range(chains.ends[c].striker, last):
         approach, change = y[i] - y[i + 1], window * (v[i] - v[i + 1])
@@ -77,9 +77,9 @@ def flying(loss: Any, chains: Any, c: int, y: Vector, v: Vector, window: float) 
 
 
 class Verlet(NamedTuple):
-    """Velocity Verlet for forces between neighbours, its inner half-kicks joined; second order.
+    """Velocity Verlet for forces between neighbours, with inner half-kicks joined; second order.
 
-    Losses depend on the velocities that the last accelerations predict for the end of a step, `ahead`.
+    Losses depend on `ahead`, the velocities at the end of a step that the last accelerations predict.
     """
 
     @staticmethod
@@ -87,7 +87,7 @@ class Verlet(NamedTuple):
         stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
         start: float, end: float, reached: int, again: bool,
     ) -> tuple[float, float, float, float]:  # fmt: skip
-        """Move the bodies on in one pass a step, which the compiler turns into vector instructions without losses."""
+        """Move the bodies in one pass a step; without losses it becomes vector instructions."""
         law, loss, drive = with_memory(chains.law, y), chains.loss, chains.drive
         striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
         past, kept_y, kept_v, ahead, lost, past_ahead, flown = (
@@ -105,11 +105,11 @@ class Verlet(NamedTuple):
                 ahead[i], lost[i] = v[i], 0.0
             if drive.kind[c] == kinds.MOVED:
                 ahead[striker] = place_and_speed(drive, c, t)[1]
-        # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
+        # Bodies up to `rear` − 1 have no contact and keep their velocities until a body touches them.
         if first == striker:
             flown[striker] = striker if drive.acts[c] else flying(loss, chains, c, y, v, window)
         rear = max(first, int(flown[striker]))
-        # The last body that a wave has reached; a surface that comes back presses the last body before.
+        # The last body that a wave has reached. A surface that moves back presses the last body earlier.
         front, source = last, striker if drive.kind[c] == kinds.MOVED else striker + 1
         quiet = chains.ends[c].quiet and not (start < 0.0 or end < 0.0)
         while quiet and front > striker and v[front] == 0.0 and y[front] == 0.0:
@@ -117,7 +117,7 @@ class Verlet(NamedTuple):
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
         for step in range(steps + 1):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
-            # Before the pass: after it, the scalar load would wait for the pass's vector stores.
+            # Before the pass, because after it the scalar load would wait for the vector stores of the pass.
             approach = y[last] - (start + step * dt * rate)
             wall_force, power = press(loss, law, last, approach, ahead[last] - rate, chains.spring[last])
             if loses(loss):
@@ -162,7 +162,7 @@ class Verlet(NamedTuple):
             move_body(loss, chains, stop, y, v, ahead, lost, behind - wall_force, dt, kick, drift)
             front = stop if v[stop] != 0.0 else front
             if drive.acts[c]:
-                # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
+                # The work on body 0 if it is MOVED, else on bead 1: force times half the distances before and after.
                 driven += 0.5 * push * (before + drift * v[source])
         taken = 0.0
         if loses(loss):
@@ -173,7 +173,7 @@ class Verlet(NamedTuple):
 
 @inner(forceinline=True)
 def span(chains: Any, c: int, modes: bool) -> tuple[int, int]:
-    """Return the first coordinate of the bodies of chain c, or of their modes, and that after the last one."""
+    """Return the first coordinate of the bodies of chain c, or of their modes, and the one after the last."""
     bodies, many = chains.vibrations.struck.shape
     first, many = (bodies, many) if modes else (0, 1)
     return first + chains.ends[c].striker * many, first + (chains.ends[c].last + 1) * many
@@ -184,9 +184,9 @@ def accelerations(
     chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, outer: tuple[float, float],
     a: Vector, work: Vector,
 ) -> float:  # fmt: skip
-    """Put accelerations into `a` and contact forces into the first row of `work`; return the power of losses, W.
+    """Write accelerations to `a` and contact forces to the first row of `work`; return the power of losses, W.
 
-    outer: forces on body 0 and bead 1 from outside, N. work: three rows.
+    outer: outer forces on body 0 and bead 1, N. work: three rows.
     """
     forces, alone, loss = work[0], work[2], chains.loss
     striker, last, faces = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].faces
@@ -205,7 +205,7 @@ def accelerations(
         behind, closing_behind = forces[i], closing
     a[striker] += chains.inverse_mass[striker] * outer[0]
     a[striker + 1] += chains.inverse_mass[striker + 1] * outer[1]
-    # In a chain that moves as a whole such a force could feed energy; then it is left out.
+    # In a chain that moves as a whole such a force could supply energy; then it is omitted.
     if taken > 0.0:
         power += taken
         for i in range(striker, last + 1):
@@ -214,7 +214,7 @@ def accelerations(
 
 
 class DampedVerlet(NamedTuple):
-    """The same for beads that vibrate, and for a loss that depends on both contacts of a body."""
+    """Velocity Verlet for beads that vibrate, and for a loss that depends on both contacts of a body."""
 
     @staticmethod
     def move(
@@ -254,7 +254,7 @@ class DampedVerlet(NamedTuple):
             impulse += weight * forces[last]
             impulse_behind += weight * forces[striker]
             if step > 0:
-                # By ways, not by speeds, which may jump at the ends of a history.
+                # From distances, because speeds may jump at the ends of a history.
                 driven += 0.5 * (push_before + push) * (y[striker + 1] - bead)
                 if drive.kind[c] == kinds.MOVED:
                     driven += 0.5 * (before + forces[striker]) * (y[striker] - place)
@@ -266,10 +266,10 @@ def contact_forces(
     chains: Any, y: Vector, v: Vector, t: float, surface: Vector, rate: Vector, contacts: Vector, forces: Vector,
     work: Vector,
 ) -> None:  # fmt: skip
-    """Put the forces of the contacts with these numbers into `forces`, N.
+    """Write the forces of the contacts with these numbers to `forces`, N.
 
-    surface, rate: displacements of the surfaces, m, and their velocities. A force history stands for contact 1 where
-    there is none.
+    surface, rate: displacements of the surfaces, m, and their velocities. If contact 1 does not exist, its entry is the
+    force history.
     """
     law, every = with_memory(chains.law, y), work[0]
     for c in range(chains.ends.size):
@@ -286,7 +286,7 @@ def contact_forces(
 
 @inner(forceinline=True, fastmath={"contract", "reassoc"})
 def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
-    """Return of chain c the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
+    """Return the kinetic energy of chain c, and the potential energy of contacts, gravity, dead load and spring, J."""
     striker, last, law, forces = chains.ends[c].striker, chains.ends[c].last, with_memory(chains.law, y), work[0]
     for i in range(striker, last + 1):
         forces[i] = 0.0
@@ -303,11 +303,11 @@ def advance(
     chains: Any, y0: Vector, v0: Vector, y: Vector, v: Vector, work: Vector, t: float, window: float, contact: Any,
     pace: Any, moved: Any, again: bool,
 ) -> None:  # fmt: skip
-    """Put the end of a window that began with y0, v0 into y, v, while each surface goes straight from start to end.
+    """Write the end of a window that began with y0, v0 to y, v, while each surface moves linearly from start to end.
 
-    contact: records TRIED, which get the chains' mean forces; pace: records PACE; moved: records MOVED, to be filled.
-    again: whether the window differs from the one before by the end of the surfaces alone; then only the bodies that
-    these can reach are moved.
+    contact: records TRIED, which get the mean forces of the chains. pace: records PACE. moved: records MOVED, to fill.
+    again: whether the window differs from the last one only in the end of the surfaces. Then only bodies that the
+    surfaces can reach are moved.
     """
     for i in range(0 if not again else chains.inverse_mass.size, y.size):
         y[i], v[i] = y0[i], v0[i]
@@ -332,5 +332,5 @@ def advance(
             y[striker], contact[behind].answer = chains.ends[c].rest - contact[behind].surface, rear
 
 
-# The same for Python.
+# The entry points for Python.
 advance_chains, forces_of_chains, energies_of_chain = map(entry, (advance, contact_forces, energies))

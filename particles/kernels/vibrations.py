@@ -1,4 +1,4 @@
-"""Contacts of bodies that may vibrate in modes: their forces on each other, and what moves the modes."""
+"""Contacts between bodies that may vibrate: the forces, and the accelerations of the modes."""
 
 from typing import Any, NamedTuple
 
@@ -7,26 +7,26 @@ from particles.kernels.losses import drag, force_and_loss, overlap_at
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
-MOST_SWEEPS = 200  # over contacts that press each other through their bodies
+MOST_SWEEPS = 200  # over contacts that are coupled through their bodies
 
 
 class Vibrations(NamedTuple):
-    """The modes of bodies, see particles.deformable.vibration: a row for each of the B bodies, a column for each mode.
+    """The modes of bodies (see particles.deformable.vibration): a row for each of the B bodies, a column for each mode.
 
-    Bodies have no column where all are rigid. Beyond the modes a force also moves the other pole at once, whose contact
-    it presses: contacts `settle` together.
+    There are no columns if all bodies are rigid. In addition to the modes, a force on one pole moves the other pole at
+    once and presses its contact. So `settle` finds all forces together.
     """
 
     stiffness: Vector  # squares of the angular frequencies, 1/s²
-    struck: Vector  # motion of the pole on the struck side, 1/√kg
-    far: Vector  # motion of the other one
+    struck: Vector  # motion of the struck pole, 1/√kg
+    far: Vector  # motion of the other pole, 1/√kg
     rate: Vector  # c of the loss c q′, 1/s
-    cross: Vector  # B numbers, m/N: what a force at one pole moves the other at once
+    cross: Vector  # B: the immediate motion of one pole due to a force on the other, m/N
 
 
 @inner(forceinline=True)
 def between_poles(chains: Any, y: Vector, i: int, last: int, wall: float) -> float:
-    """Return the approach of contact i between the poles of its bodies, m; of velocities its rate."""
+    """Return the approach of contact i between the poles of its bodies, m; from velocities, its rate."""
     struck, far = chains.vibrations.struck, chains.vibrations.far
     bodies, modes = struck.shape
     distance, ahead = y[i], wall
@@ -41,7 +41,7 @@ def between_poles(chains: Any, y: Vector, i: int, last: int, wall: float) -> flo
 
 @inner()
 def settle(chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector, work: Vector) -> None:
-    """Find the elastic forces of all contacts of chain c, N, from those of the last call on, by Gauss–Seidel sweeps.
+    """Find the elastic forces of all contacts of chain c, N, by Gauss–Seidel sweeps that start at the last forces.
 
     work: two rows, for the approaches between poles and the overlaps, m.
     """
@@ -72,9 +72,9 @@ def settle(chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector
 def forces_between(
     chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, forces: Vector, work: Vector
 ) -> float:
-    """Put the forces of all contacts of chain c into `forces`, N; return the power that their losses take, W.
+    """Write the forces of all contacts of chain c to `forces`, N; return the power of their losses, W.
 
-    Losses see the rate at which the poles approach. forces, work: as of `settle`.
+    Losses depend on the rate of approach of the poles. forces, work: as in `settle`.
     """
     last, power = chains.ends[c].last, 0.0
     settle(chains, law, c, y, wall, forces, work)
@@ -87,7 +87,7 @@ def forces_between(
 
 @inner()
 def accelerate_modes(chains: Any, c: int, y: Vector, v: Vector, forces: Vector, a: Vector) -> float:
-    """Fill the accelerations of the modes of chain c; return the power that their losses take, W."""
+    """Write the accelerations of the modes of chain c to `a`; return the power of their losses, W."""
     vibrations, striker, power = chains.vibrations, chains.ends[c].striker, 0.0
     bodies, modes = vibrations.struck.shape
     for i in range(striker, chains.ends[c].last + 1):
@@ -104,7 +104,7 @@ def accelerate_modes(chains: Any, c: int, y: Vector, v: Vector, forces: Vector, 
 def energies_between(
     chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
 ) -> tuple[float, float]:
-    """Return the kinetic energy of the modes, and the energy of all contacts and modes, of chain c, J."""
+    """Return the kinetic energy of the modes of chain c, and the elastic energy of its contacts and modes, J."""
     vibrations, striker = chains.vibrations, chains.ends[c].striker
     bodies, modes = vibrations.struck.shape
     kinetic, potential = 0.0, 0.0

@@ -1,1 +1,1 @@
-"""Contact laws of pairs of beads: by formula and computed."""
+"""Contact laws of pairs of beads: by formulas, by finite elements, and with yielding."""

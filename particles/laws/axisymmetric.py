@@ -1,4 +1,4 @@
-"""Contact laws by finite elements of bodies of revolution that touch at their poles, without friction.
+"""Contact laws by finite elements for bodies of revolution that touch at their poles, without friction.
 
 Each body is half a bead, down to its mid-plane, condensed to its surface (`surface_compliance`). Strains are small.
 """
@@ -21,18 +21,18 @@ from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
 
-# Elements over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm; and
-# over that of the narrowest contact that is computed.
+# Elements per radius of the widest contact, which is 10 µm elements for the thesis's thickest hollow spheres pressed by
+# 20 µm; and elements per radius of the narrowest contact that is computed.
 ELEMENTS, FEWEST = 30, 3
-TRIES = 12  # trials of a wider mesh, and of a rough law that reaches a force
+TRIES = 12  # trials of wider meshes, and of rough laws that reach a force
 Points = tuple[Vector, Vector]  # approaches, m, and forces, N
 
 
 @described
 class ComputedLaw(TabulatedLaw):
-    """A law by finite elements, computed from the approach `smallest` to `largest`, m.
+    """A law by finite elements, computed between the approaches `smallest` and `largest`, m.
 
-    Below it continues as that of its theory in series with a spring, through the first computed point.
+    Below `smallest` it is Hertz's law in series with a spring, through the first computed point.
     """
 
     smallest: Place = 0.0
@@ -52,16 +52,16 @@ def computed_law(
     Parameters
     ----------
     first, second : Bead or Surface
-        A Sphere, HollowSphere or Ellipsoid along the chain; the other one, by default like the first, or a surface.
+        A Sphere, HollowSphere or Ellipsoid along the chain, and a second body or a surface; by default equal bodies.
     max_force, max_approach : float, optional
         Force, N, or approach, m, up to which the law is computed. Give one of them.
     spacing : float, optional
-        The size of the finite elements at the contact, m; by default a thirtieth of its radius.
+        Size of the finite elements at the contact, m; by default a thirtieth of the radius of the contact.
 
     Returns
     -------
     ComputedLaw
-        With its error, and a caution where contacts are wide or meshes too coarse for 1 %.
+        The law, with its error, and with a caution if contacts are wide or if the error exceeds 1 %.
 
     Examples
     --------
@@ -72,15 +72,15 @@ def computed_law(
     second = check_bead("first", first, "a body") if second is None else second
     check_bodies(first, second)
     if (max_force is None) == (max_approach is None):
-        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
+        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: must be one of them")
     contact = _Contact(first, second)
-    # Narrower contacts a mesh cannot distinguish from a point.
+    # No mesh can distinguish a narrower contact from a point.
     smallest, radius = 1e-12 / contact.sharpest, 1.0 / contact.sharpest
     if max_approach is not None:
         return contact.up_to(within("max_approach", max_approach, smallest, radius, "m"), spacing)
     low, high = contact.theory.force(np.array([smallest, radius]))
     force = within("max_force", max_force, float(low), float(high), "N")  # type: ignore[arg-type]
-    # A rough law shows how far the bodies approach.
+    # A rough law tells the approach at the force.
     approach = float(contact.theory.approach(np.array(force)))
     for _ in range(TRIES):
         approach *= 1.2
@@ -88,11 +88,11 @@ def computed_law(
         if rough.forces[-1] > 1.05 * force:
             law = contact.up_to(1.03 * float(rough.approach(np.array(force))), spacing)
             return replace(law, largest=float(law.approach(np.array(force))))
-    raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
+    raise ValueError(f"max_force = {force!r}: must be smaller; an approach of {approach:.3g} m does not reach it")
 
 
 class _Contact:
-    """Two bodies that touch at their poles, and what their radii and walls allow."""
+    """Two bodies that touch at their poles, and the limits that their radii and walls set."""
 
     def __init__(self, first: Bead, second: Bead | Surface) -> None:
         self.bodies = (first, second)
@@ -104,33 +104,33 @@ class _Contact:
         self.shells = [bead for bead in self.bodies if isinstance(bead, HollowSphere)]
 
     def widest(self, approach: float) -> float:
-        """Return the contact's radius at an approach, m, by Hertz's law of what shells leave of it."""
+        """Return the contact's radius at an approach, m, by Hertz's law for the approach without that of shells."""
         overlap = float(self.hertz.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
     def good_size(self, approach: float) -> float:
-        """Return the size of the elements, m; thin shells, which touch far beyond Hertz, have larger ones."""
+        """Return the size of the elements, m; it is larger for thin shells, whose contacts are wider than Hertz's."""
         size = self.widest(approach) / ELEMENTS
         return max(size, self._mesh(approach, size, 5.0)[2] / 200.0) if self.shells else size
 
     def up_to(self, approach: float, spacing: float | None) -> ComputedLaw:
-        """Return the law up to an approach, m, by elements of a size, m."""
+        """Return the law up to an approach, m, by elements of a size `spacing`, m."""
         size, radius = spacing or self.good_size(approach), self.widest(approach)
         fine = self.steps(approach, size) if size * FEWEST <= radius else None
         if fine is None or fine[0][0] >= approach:
-            raise ValueError(f"spacing = {size:.3g} m: must be smaller; {radius / ELEMENTS:.3g} m is a good one")
+            raise ValueError(f"spacing = {size:.3g} m: must be smaller, such as {radius / ELEMENTS:.3g} m")
         (approaches, forces), error = fine, self._error(fine, approach, size)
         doubts = []
         if radius * self.sharpest > SMALL_CONTACT:
-            doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")
+            doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for the theory of small strains")
         if any(approach > 0.1 * (shell.radius - shell.inner_radius) for shell in self.shells):
-            doubts.append(f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles")
+            doubts.append(f"an approach of {readable(approach, 'm')} rotates so thin a wall by more than small angles")
         if error > 0.01:
-            doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
+            doubts.append(f"cells of {readable(size, 'm')} make the force wrong by about {100.0 * error:.2g} %")
         words = "; ".join(doubts)
         if words:
             caution(f"contact law: {words}")
-        # Below the first point, Hertz's law in series with the spring that leads to it.
+        # Below the first point, Hertz's law in series with a spring that leads to this point.
         first = forces[0] * np.geomspace(1e-9, 1.0, 72, endpoint=False)
         softness = (approaches[0] - float(self.hertz.approach(np.array(forces[0])))) / forces[0]
         below = self.hertz.approach(first) + softness * first
@@ -138,9 +138,9 @@ class _Contact:
         return ComputedLaw(*points, "finite elements", words, approach, float(approaches[0]), error)  # type: ignore[arg-type]
 
     def _error(self, fine: Points, approach: float, size: float) -> float:
-        """Return the largest relative error of the force by the order that meshes of larger cells show, from 1 to 2.
+        """Return the largest relative error of the force, from the order of convergence of coarser meshes, 1 to 2.
 
-        Where they are too coarse to show one the whole difference is the error.
+        If they are too coarse to show an order, the error is the whole difference.
         """
         coarse, coarsest = (self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0))
         approaches, forces = fine
@@ -154,7 +154,7 @@ class _Contact:
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
         """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and the forces, N.
 
-        There the force converges by the square of the size. fewest: cells in the narrowest contact.
+        At these the error of the force is quadratic in the size. fewest: cells in the narrowest contact.
         """
         compliance, gap, _ = self._mesh(approach, size, coarser)
         points = np.array([pressed_to(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
@@ -163,27 +163,27 @@ class _Contact:
         return kept[:, 0], kept[:, 1]
 
     def _mesh(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
-        """Return the compliance of both bodies, m/N, the gap between them, m, and how far they may touch, m."""
+        """Return the compliance of both bodies, m/N, their gap, m, and the radius within which they may touch, m."""
         reach = 1.15 * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
             known, compliance, gap = dict[Bead | Surface, Points](), np.zeros(1), np.zeros(1)
             for name, bead in zip(("first", "second"), self.bodies, strict=True):
                 body = body_of(bead, reach, name)
                 if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
-                    raise ValueError(f"{name}: is too small for a contact of {reach:.3g} m radius")
+                    raise ValueError(f"{name}: must be larger for a contact of {reach:.3g} m radius")
                 if bead not in known:
                     known[bead] = surface_compliance(body, reach, size, coarser)
                 gap, compliance = gap + body.drop(known[bead][0]), compliance + known[bead][1]
             if pressed_to(compliance, gap, gap.size - 1)[0] >= approach:
                 return compliance, gap, reach
             reach *= 1.4
-        raise ValueError(f"max_force or max_approach: the contact is wider than {reach:.3g} m; ask for less")
+        raise ValueError(f"max_force, max_approach: must be smaller; the contact is wider than {reach:.3g} m")
 
 
 def pressed_to(compliance: Vector, gap: Vector, last: int) -> tuple[float, float]:
-    """Return approach, m, and force, N, at which the contact's edge is the node `last`, whose own force is zero.
+    """Return the approach, m, and the force, N, at which the contact's edge is the node `last`, whose force is zero.
 
-    All nodes inside push, but the centre of a shell pressed by half its wall, where small strains end.
+    All nodes inside have a pressure. (The centre of a shell loses it at half its wall thickness, beyond small strains.)
     """
     inside = slice(0, last + 1)
     right = np.stack([gap[inside], np.ones(last + 1)], axis=1)

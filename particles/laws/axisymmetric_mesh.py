@@ -1,4 +1,4 @@
-"""Bodies of revolution that are touched at a pole: half-planes (r, z) of quadratic cells, compliance of the surface."""
+"""Bodies of revolution with a contact at a pole: meshes of quadratic cells (r, z), and compliance of the surface."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,33 +17,33 @@ from structures.structure import Vector
 from structures.surface import Surface
 
 Whole = NDArray[np.int64]
-GROWTH = 0.2  # cells grow by this part of their distance from the contact
-# Cells in a row that may touch, each two nodes to press one by one: a minute. Cells of one body: some 330 000 degrees
-# of freedom.
+GROWTH = 0.2  # growth of cells per distance from the contact
+# The most cells in a row that may touch: the forces on their nodes take a minute. The most cells of one body: they have
+# about 330 000 degrees of freedom.
 MOST_TOUCHING, MOST_CELLS = 400, 40_000
-# The angle from the pole up to which nodes lie at equal steps of r; beyond, at equal steps of the angle.
+# The angle from the pole up to which nodes are at equal steps of r; beyond, they are at equal steps of the angle.
 STEEPEST = 0.25 * pi
 INTEGRATION_ORDER = 5  # exact for the mass matrix of rectangular quadratic elements with the weight r
-# Radius of a contact over that of a body, beyond which half a bead pressed along its axis is no model.
+# Radius of a contact over that of the body, up to which half a bead pressed along its axis is a valid model.
 WIDEST_CONTACT = 0.5
 
 
 @dataclass(frozen=True)
 class Spheroid:
-    """The upper half of a bead."""
+    """The upper half of a spheroidal bead."""
 
     material: Material
     radius: float  # m
-    half: float  # of its height, m
+    half: float  # half the height, m
     hollow: float = 0.0  # inner over outer radius
 
     @property
     def extents(self) -> tuple[float, float]:
-        """The reach of the mesh along the surface, and along the axis, m."""
+        """The extents of the mesh along the surface and along the axis, m."""
         return self.radius * (sin(STEEPEST) + (0.5 * pi - STEEPEST) * cos(STEEPEST)), self.half * (1.0 - self.hollow)
 
     def place(self, along: Vector, depth: Vector) -> Vector:
-        """Return (r, z), m, of points on the surface, at `along` (m; r near the pole), and below it, at `depth`."""
+        """Return (r, z), m, of points at `along` (m; r near the pole) on the surface and at `depth` (m) below it."""
         steps = along / self.radius
         steep = STEEPEST + (steps - sin(STEEPEST)) / cos(STEEPEST)
         angle = np.where(steps < sin(STEEPEST), np.arcsin(np.minimum(steps, 1.0)), steep)
@@ -51,7 +51,7 @@ class Spheroid:
         return np.stack([self.radius * inwards * np.sin(angle), self.half * inwards * np.cos(angle)])
 
     def drop(self, r: Vector) -> Vector:
-        """Return how far the arc falls away from the plane that touches it at its pole, m."""
+        """Return the distance of the surface from the plane that touches it at its pole, m."""
         x = r / self.radius
         fall: Vector = self.half * x**2 / (1.0 + np.sqrt(1.0 - x**2))
         return fall
@@ -59,7 +59,7 @@ class Spheroid:
 
 @dataclass(frozen=True)
 class Block:
-    """A block that stands for a half-space, whose surface may be an arc for the gap: extent in m, curvature in 1/m."""
+    """A block that represents a half-space; its curvature (1/m) acts only on the gap. extent: m."""
 
     material: Material
     extent: float
@@ -81,7 +81,7 @@ Body = Spheroid | Block
 
 
 def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
-    """Return the body of revolution that a bead or a surface is, for contacts up to a radius `widest`, m."""
+    """Return the body of revolution of a bead or a surface, for contacts up to a radius `widest`, m."""
     if isinstance(bead, Sphere):
         return Spheroid(bead.material, bead.radius, bead.radius)
     if isinstance(bead, HollowSphere):
@@ -94,16 +94,18 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
 
 
 def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector]) -> tuple[Any, Vector, Vector]:
-    """Return quadratic cells between places along the surface and depths below it, and of each node both."""
+    """Return quadratic cells between places along the surface and depths below it, and both for each node."""
     if across.size * down.size > MOST_CELLS:
-        raise ValueError(f"spacing: needs {across.size * down.size} cells; must be larger, at most {MOST_CELLS} fit")
+        raise ValueError(
+            f"spacing: must be larger; it makes {across.size * down.size} cells, at most {MOST_CELLS} are possible"
+        )
     flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(across, down))
     along, depth = flat.doflocs
     return replace(flat, doflocs=place(along, depth)), along, depth
 
 
 def graded(length: float, first: float, coarser: float = 1.0, largest: float = inf) -> Vector:
-    """Return nodes from 0 to a length, m, of cells coarser · (first + GROWTH · distance), up to a largest size."""
+    """Return nodes from 0 to a length, m, with cells of size coarser · (first + GROWTH · distance), up to `largest`."""
     far = min((largest - first) / GROWTH, length)
     near = log1p(GROWTH * far / first) / GROWTH
     count = near + (length - far) / largest
@@ -115,17 +117,17 @@ def graded(length: float, first: float, coarser: float = 1.0, largest: float = i
 
 
 def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
-    """Return the basis of motions on quadratic cells, and the numbers of those across and along the axis."""
+    """Return the basis of motions of quadratic cells, and the numbers of motions across and along the axis."""
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
     across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
     return basis, across, along
 
 
 def surface_compliance(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> tuple[Vector, Vector]:
-    """Return where the nodes that may touch are, m from the axis, and what a unit force on each ring moves all, m/N.
+    """Return the distances of nodes that may touch from the axis, m, and their motions for unit forces on rings, m/N.
 
-    Nodes lie at equal steps of r up to `reach`, m, so that those of two bodies face each other; beyond, cells grow.
-    The mid-plane slides sideways; the far sides of a half-space are held.
+    Up to `reach`, m, nodes are at equal steps of r, so that those of two bodies face each other; beyond, cells grow.
+    The mid-plane slides sideways. The far sides of a half-space are held.
     """
     width, height = body.extents
     if reach > MOST_TOUCHING * spacing * coarser:
@@ -136,7 +138,7 @@ def surface_compliance(body: Body, reach: float, spacing: float, coarser: float 
     touching = np.flatnonzero((depth == 0.0) & (place <= reach * (1.0 + 1e-9)))
     touching = touching[np.argsort(place[touching])]
 
-    # All nodes at the centre of a solid bead share one place, which neither axis nor mid-plane lets move.
+    # All nodes at the centre of a solid bead are at one place, which axis and mid-plane hold.
     basis, across, axial = motions(mesh)
     end, bottom = place == place.max(), depth == depth.max()
     if isinstance(body, Block):

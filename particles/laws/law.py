@@ -1,6 +1,6 @@
-"""The base of contact laws, and the two that hold any curve: a power law, and a table.
+"""The base class of contact laws, a power law, and a law through tabulated points.
 
-Every law reaches the compiled loops as a stiffness times a shape: Hertz's δ√δ, or a table of cubics (`kernel_table`).
+In the compiled loops every law is a stiffness times a shape: Hertz's δ√δ, or a table of cubics (`kernel_table`).
 """
 
 from abc import ABC, abstractmethod
@@ -19,15 +19,15 @@ from structures.described import described
 from structures.quantities import Asks, Coordinate, Force, Length, Quantity
 from structures.structure import Vector
 
-SMALLEST_APPROACH, LARGEST_APPROACH = 1e-30, 1.0  # m, between which the approach at a force or an energy is searched
+SMALLEST_APPROACH, LARGEST_APPROACH = 1e-30, 1.0  # m, limits of the search for the approach at a force or an energy
 Caution = Annotated[str, Asks("a text that each run repeats as a warning")]
 
 
 class ContactLaw(ABC):
-    """The force between two bodies against their approach; docs/extending.md shows a law of your own.
+    """The force between two bodies as a function of their approach. docs/extending.md shows a law of your own.
 
-    A subclass defines `force`, finite and increasing up to 0.125 m. All else follows from it. The compiled loops take
-    a table of cubics, 32 in each octave; a run warns where the table is more than 1e-4 off.
+    A subclass defines `force`, which is finite and increases up to 0.125 m. Everything else follows from it. The
+    compiled loops use a table of cubics, 32 in each octave; a run warns if the table has an error of more than 1e-4.
 
     Examples
     --------
@@ -37,23 +37,23 @@ class ContactLaw(ABC):
 
     name: str = "contact law"
     largest: float = inf  # m, the approach up to which the law is trusted; beyond it a run warns
-    caution: str = ""  # what a user of the law must know; the attribute `warnings` of each result lists it
+    caution: str = ""  # a warning about the law, which the attribute `warnings` of each result contains
     piece: type | None = None  # the law as compiled functions, which replace the table
 
     @abstractmethod
     def force(self, approach: Vector) -> Vector:
-        """Return F(δ), N, as many as approaches of zero or more, m."""
+        """Return the forces F(δ), N, at approaches of zero or more, m."""
 
     def tangent(self, approach: Vector) -> Vector:
         """Return dF/dδ, N/m, by central differences."""
         middle = np.maximum(approach, SMALLEST_APPROACH)
-        step = 1e-5 * middle  # the errors of the difference and of rounding are both some 1e-10
+        step = 1e-5 * middle  # the errors of the difference and of rounding are both about 1e-10
         slope: Vector = (np.asarray(self.force(middle + step)) - self.force(middle - step)) / (2.0 * step)
         return np.where(np.asarray(approach) > 0.0, slope, 0.0)
 
     @property
     def kernel(self) -> tuple[float, Vector | None]:
-        """Stiffness and table for the compiled loops; no table for Hertz's shape δ√δ."""
+        """Stiffness and table for the compiled loops; the table is None for Hertz's shape δ√δ."""
         return 1.0, self._table
 
     def energy(self, approach: Vector) -> Vector:
@@ -67,12 +67,12 @@ class ContactLaw(ABC):
         return inverse(self.force, np.asarray(force, float))
 
     def overlap(self, energy: Vector) -> Vector:
-        """Return the approach, m, at which the contact holds this energy, J."""
+        """Return the approach, m, at which the contact has stored this energy, J."""
         return inverse(self.energy, np.asarray(energy, float))
 
     @property
     def table_error(self) -> float:
-        """Largest relative error of the table, in the middle of its cubics."""
+        """The largest relative error of the table in the middle of its cubics."""
         row = np.arange(1, len(self._table) - 1)
         middle = 0.5 * (self._table[row, 0] + self._table[row + 1, 0])
         return float(np.abs(kernels.cubic(self._table, row, middle) / np.asarray(self.force(middle)) - 1.0).max())
@@ -87,9 +87,9 @@ class ContactLaw(ABC):
 
 
 def check_contact_law(name: str, law: Any, what: str) -> ContactLaw:
-    """Return `law`; refuse what is no hashable law, or contradicts its piece."""
+    """Return `law`; raise a ValueError if it is not a hashable law, or if its piece contradicts it."""
     if not isinstance(law, ContactLaw) or not isinstance(law, Hashable):
-        raise ValueError(f"{name} = {short(law)}: must be {what}, and hashable, as a frozen dataclass is")
+        raise ValueError(f"{name} = {short(law)}: must be {what}, and hashable, like a frozen dataclass")
     if law.piece is not None:
         piece: Any = law.piece
         alone, members = filled(piece, [law]), {"force": law.force, "slope": law.tangent, "energy": law.energy}
@@ -99,18 +99,18 @@ def check_contact_law(name: str, law: Any, what: str) -> ContactLaw:
                 answer = getattr(piece, member)(alone, 0, approach)
                 if not abs(answer - expected) <= (1e-6 if member == "force" else 1e-3) * abs(expected):
                     raise ValueError(
-                        f"{name}: {piece.__name__}.{member} at {approach:.3g} m = {answer:.6g}: not {expected:.6g}"
+                        f"{name}: {piece.__name__}.{member} at {approach:.3g} m = {answer:.6g}: must be {expected:.6g}"
                     )
     return law
 
 
 def filled(piece: Any, laws: Sequence[ContactLaw | None]) -> Any:
-    """Return a piece whose fields hold the laws' numbers, one for each contact; zero without law."""
+    """Return a piece whose fields hold the laws' numbers, one for each contact; zero without a law."""
     return piece(*(np.array([getattr(law, name) if law else 0.0 for law in laws]) for name in piece._fields))
 
 
 def unchanging(law: ContactLaw) -> ContactLaw:
-    """Return a frozen dataclass itself; a copy of any other law, which a user may change later."""
+    """Return a law that is a frozen dataclass, or a copy of any other law, which the user may change later."""
     if is_dataclass(law) and type(law).__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return law
     copied = deepcopy(law)
@@ -120,7 +120,7 @@ def unchanging(law: ContactLaw) -> ContactLaw:
 
 @described
 class PowerLaw(ContactLaw):
-    """The law F = k δⁿ; n = 3/2 is Hertz's (Khatri's thesis, equation 5.9).
+    """The law F = k δⁿ; Hertz's law has n = 3/2 (Khatri's thesis, equation 5.9).
 
     Parameters
     ----------
@@ -164,14 +164,14 @@ class PowerLaw(ContactLaw):
 
 @described
 class TabulatedLaw(ContactLaw):
-    """A law through points by monotone cubics of ln F over ln δ; it continues as power laws outside the points.
+    """A law through points: monotone cubics of ln F over ln δ between them, power laws outside.
 
     Parameters
     ----------
     approaches, forces : sequence of float
-        Approaches, m, and as many forces, N, both increasing.
+        Approaches, m, and as many forces, N; both increase.
     name, caution, largest : str, str, float
-        As in `ContactLaw`; `largest` is by default the last point.
+        As in `ContactLaw`; the default of `largest` is the last point.
 
     Examples
     --------
@@ -193,7 +193,9 @@ class TabulatedLaw(ContactLaw):
             approaches, forces = approaches[1:], forces[1:]
         many = approaches.size == forces.size >= 2
         if not many or min(approaches[0], forces[0], *np.diff(approaches), *np.diff(forces)) <= 0.0:
-            raise ValueError(f"approaches = {short(self.approaches)}, forces: must be as many that increase from zero")
+            raise ValueError(
+                f"approaches = {short(self.approaches)}, forces: must be equally many numbers that increase from zero"
+            )
         object.__setattr__(self, "approaches", tuple(approaches.tolist()))
         object.__setattr__(self, "forces", tuple(forces.tolist()))
         object.__setattr__(self, "largest", min(self.largest, self.approaches[-1]))
@@ -210,7 +212,7 @@ class TabulatedLaw(ContactLaw):
         return force * slope / np.maximum(approach, 1e-300)
 
     def _force_and_slope(self, approach: Vector) -> tuple[Vector, Vector]:
-        """Return the force, and d ln F / d ln δ."""
+        """Return the force and d ln F / d ln δ."""
         curve, (first, last), (below, above) = self._curve
         asked = np.log(np.maximum(approach, 1e-300))
         inside = np.clip(asked, first, last)
@@ -220,7 +222,7 @@ class TabulatedLaw(ContactLaw):
 
     @cached_property
     def _curve(self) -> tuple[Any, tuple[float, float], tuple[float, float]]:
-        """ln F over ln δ, its ends, and its slopes beyond them: at least one before the first."""
+        """ln F over ln δ, its ends, and its slopes outside them; the slope before the first point is at least one."""
         from scipy.interpolate import PchipInterpolator
 
         x, y = np.log(self.approaches), np.log(self.forces)
@@ -234,14 +236,16 @@ def kernel_table(law: ContactLaw) -> Vector:
     from scipy.interpolate import CubicHermiteSpline
 
     edges = kernels.table_edges()
-    edges.setflags(write=False)  # a law must return new numbers
+    edges.setflags(write=False)  # a law must not write to its argument
     try:
         force, slope = (np.asarray(values, float) for values in (law.force(edges), law.tangent(edges)))
-    except (TypeError, ValueError) as error:  # as math.sqrt and `if` raise of arrays
+    except (TypeError, ValueError) as error:  # raised by math.sqrt or `if` with arrays
         raise ValueError(f"law: {type(law).__name__}.force: must take an array of approaches ({error})") from error
     rise = np.diff(force) / np.diff(edges) if force.shape == slope.shape == edges.shape else np.array([np.nan])
     if not isinstance(law, PowerLaw | TabulatedLaw):
-        near = np.searchsorted(edges, 1e-6)  # a micrometre: a law of some newtons there is zero at zero to less
+        near = np.searchsorted(
+            edges, 1e-6
+        )  # a micrometre, where a law has a few newtons; at zero it must have far less
         rises = np.isfinite(rise).all() and (rise > 0.0).all() and abs(force[0]) <= 1e-5 * abs(force[near])
         if not (rises and np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5)):
             name = type(law).__name__
@@ -260,9 +264,9 @@ def _shape_table(exponent: float) -> Vector:
 
 
 def inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
-    """Return where an increasing function of the approach has these values, by dividing an interval of ln δ in 16."""
+    """Return the approaches at which an increasing function has these values, by dividing intervals of ln δ in 16."""
     if not (wanted > 0.0).any():
-        return np.maximum(wanted, 0.0)  # what is not a number stays so
+        return np.maximum(wanted, 0.0)  # NaN stays NaN
     asked, ends = wanted.reshape(-1), np.arange(1, 16)[:, None]
     low, part = np.full(asked.size, log(SMALLEST_APPROACH)), log(LARGEST_APPROACH / SMALLEST_APPROACH)
     for _ in range(15):

@@ -1,7 +1,7 @@
 """Contacts that yield: a loading curve beyond Hertz's law, and a rule for unloading.
 
-After the largest overlap δ*, with the force F* there, a contact follows F = F* [(δ − δ_r)/(δ* − δ_r)]^1.5, where δ_r is
-the dent that is left, down and up again, and yields further beyond δ*.
+After its largest overlap δ* with the force F*, a contact unloads and reloads by F = F* [(δ − δ_r)/(δ* − δ_r)]^1.5 with
+the permanent dent δ_r. Beyond δ* it yields further.
 """
 
 from abc import ABC, abstractmethod
@@ -24,28 +24,28 @@ from structures.quantities import Strength
 from structures.structure import Vector
 from structures.surface import Surface, relative_curvatures, yield_pressure
 
-HERTZ = 1.5  # exponent of the laws that can yield
-ONSET = 1.9  # overlap over that of the first yield, from which Jackson and Green's force leaves Hertz's
+HERTZ = 1.5  # exponent of Hertz's law; only contacts with this law can yield
+ONSET = 1.9  # ratio of overlap to yield overlap from which Jackson and Green's force differs from Hertz's
 
 
 class RoundContact(NamedTuple):
-    """The properties of two bodies that a yielding law takes."""
+    """The properties of two bodies on which a yielding law depends."""
 
     radius: float  # relative radius of curvature, m
     modulus: float  # contact modulus E*, Pa
-    material: Material  # that yields first
+    material: Material  # the material that yields first
     strength: float  # its yield strength, Pa
-    pressure: float  # the pressure at which it begins to yield, Pa
+    pressure: float  # the peak pressure at which it begins to yield, Pa
 
 
 @described
 class YieldingLaw(ABC):
-    """A loading curve and a dent over x = δ/δ_y − 1. Derive a frozen dataclass from it for a law of your own.
+    """Loading curve and dent as functions of x = δ/δ_y − 1. Derive a frozen dataclass for a law of your own.
 
     Parameters
     ----------
     yield_strength : float, optional
-        Yield strength of every contact, Pa; by default that of the material which yields first.
+        Yield strength of every contact, Pa; by default that of the material that yields first.
 
     Examples
     --------
@@ -57,20 +57,20 @@ class YieldingLaw(ABC):
 
     @abstractmethod
     def overlap(self, bodies: RoundContact) -> float:
-        """Return δ_y, m, at which a contact begins to yield."""
+        """Return the overlap δ_y at which a contact begins to yield, m."""
 
     @abstractmethod
     def loading(self, bodies: RoundContact, x: Vector) -> Vector:
-        """Return (F − F_y)/F_y beyond yield; it rises with x."""
+        """Return (F − F_y)/F_y beyond yield; it increases with x."""
 
     @abstractmethod
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
-        """Return δ_r/δ_y that is left after a largest overlap; less than 1 + x."""
+        """Return the dent δ_r/δ_y after a largest overlap; less than 1 + x."""
 
     def contact(
         self, first: Bead, second: Bead | Surface, elastic: ContactLaw | None = None
     ) -> "YieldingContact | None":
-        """Return how two bodies yield that are elastic by a law, by default `contact_law`; None without strength."""
+        """Return the contact of two bodies with an elastic law, by default `contact_law`; None if neither yields."""
         law = contact_law(first, second) if elastic is None else elastic
         surface, facing = surface_of(first), surface_of(second)
         material = min((surface.material, facing.material), key=yield_pressure)
@@ -79,15 +79,15 @@ class YieldingLaw(ABC):
             return None
         flat, sharp = relative_curvatures(surface, facing)
         if not isinstance(law, PowerLaw) or law.exponent != HERTZ or sharp > NEARLY_ROUND_CONTACT * flat:
-            raise ValueError(f"law = {short(self)}: needs solid bodies that touch in a circle, not {law.name}")
+            raise ValueError(f"law = {short(self)}: must be for solid bodies with a round contact, not {law.name}")
         return _yielding(self, (flat * sharp) ** -0.5, contact_modulus(surface, facing), material, strength, law)
 
 
 @described
 class Thornton(YieldingLaw):
-    """A contact whose greatest pressure is that of the first yield (Thornton, J. Appl. Mech. 64 (1997) 383).
+    """A contact whose pressure is limited to that of the first yield (Thornton, J. Appl. Mech. 64 (1997) 383).
 
-    Hardness tests find higher pressures: its contacts are soft. docs/beads.md has the formulas.
+    Hardness tests find higher pressures, so these contacts are too soft. docs/beads.md has the formulas.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Thornton(YieldingLaw):
         return HERTZ * np.asarray(x)
 
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
-        # δ* (1 − F*/F_e), without the difference of two equal numbers as it begins to yield.
+        # δ* (1 − F*/F_e), without cancellation at the beginning of yield.
         root = np.sqrt(1.0 + np.asarray(x))
         dent: Vector = (np.asarray(x) / (1.0 + root)) ** 2 * (root + 0.5) / root
         return dent
@@ -115,9 +115,9 @@ class Thornton(YieldingLaw):
 
 @described
 class JacksonGreen(YieldingLaw):
-    """Fits to finite elements of an elastic, perfectly plastic sphere (Jackson and Green, J. Tribol. 127 (2005) 343).
+    """Fits to finite elements of an elastic-perfectly plastic sphere (Jackson and Green, J. Tribol. 127 (2005) 343).
 
-    The dent: Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217. docs/beads.md has the formulas.
+    The dent is from Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217. docs/beads.md has the formulas.
 
     Parameters
     ----------
@@ -131,39 +131,39 @@ class JacksonGreen(YieldingLaw):
     """
 
     def overlap(self, bodies: RoundContact) -> float:
-        return float(bodies.radius * (pi * _factor(bodies) * bodies.strength / (2.0 * bodies.modulus)) ** 2)
+        return float(bodies.radius * (pi * _onset_factor(bodies) * bodies.strength / (2.0 * bodies.modulus)) ** 2)
 
     def loading(self, bodies: RoundContact, x: Vector) -> Vector:
         x = np.asarray(x, float)
         hertz = np.expm1(HERTZ * np.log1p(x))
-        # Where bodies are strong for their modulus, the fit begins below Hertz's force, and is raised to it.
+        # If the strength is high compared with the modulus, the fit begins below Hertz's force; it is raised to it.
         raised = max(1.0, ONSET**HERTZ / float(self._fit(bodies, np.array(ONSET))))
         fit = raised * self._fit(bodies, np.maximum(1.0 + x, ONSET))
         return np.where(1.0 + x < ONSET, hertz, np.minimum(hertz, fit - 1.0))
 
     def _fit(self, bodies: RoundContact, y: Vector) -> Vector:
-        """Return F/F_c at y = δ/δ_c beyond 1.9."""
+        """Return F/F_c at y = δ/δ_c > 1.9."""
         widening = 0.14 * exp(23.0 * bodies.strength / bodies.modulus)
         radius = np.sqrt(self.overlap(bodies) / bodies.radius * y) * (y / ONSET) ** (0.5 * widening)  # a/R
         hardness = 2.84 * -np.expm1(-0.82 * radius**-0.7)
         elastic = y**HERTZ * np.exp(-0.25 * y ** (5.0 / 12.0))
-        force: Vector = elastic + 4.0 * hardness / _factor(bodies) * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0)
+        force: Vector = elastic + 4.0 * hardness / _onset_factor(bodies) * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0)
         return force
 
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         part = 1.02 * -np.expm1(-0.54 * np.log1p(np.asarray(x, float) / 6.9))
-        # The fit is not followed into dents that leave no elastic part.
+        # The dent is limited, so that an elastic part of the overlap remains.
         return np.minimum(part, 0.99) * (1.0 + np.asarray(x))
 
 
-def _factor(bodies: RoundContact) -> float:
+def _onset_factor(bodies: RoundContact) -> float:
     """Return C of the critical overlap δ_c = R (π C S/2E*)²."""
     return 1.295 * exp(0.736 * bodies.material.poisson_ratio)
 
 
 @dataclass(frozen=True)
 class YieldingContact:
-    """Two bodies with a yielding law, and Hertz's law of the pair."""
+    """A contact of two bodies with a yielding law, and with Hertz's law before it yields."""
 
     law: YieldingLaw
     bodies: RoundContact
@@ -171,21 +171,21 @@ class YieldingContact:
 
     @cached_property
     def overlap(self) -> float:
-        """δ_y, m, at which it begins to yield; infinite where Hertz's law is not trusted so far."""
+        """The overlap δ_y at which it begins to yield, m; infinite if Hertz's law is not trusted so far."""
         begin = float(self.law.overlap(self.bodies))
         return begin if begin < self.elastic.largest else inf
 
     @cached_property
     def yield_force(self) -> float:
-        """F_y, N."""
+        """The force F_y at which it begins to yield, N."""
         return float(self.elastic.force(np.array(self.overlap)))
 
     def loading(self, overlap: Vector) -> Vector:
-        """Return the force, N, at overlaps beyond yield, m, which are the largest so far."""
+        """Return the force, N, at overlaps beyond yield that are the largest so far, m."""
         return self.yield_force * (1.0 + self.law.loading(self.bodies, self._beyond(overlap)))
 
     def dent(self, largest: Vector) -> Vector:
-        """Return the overlap δ_r, m, that is left after a largest overlap, m."""
+        """Return the dent δ_r, m, after a largest overlap, m."""
         if self.overlap == inf:
             return np.zeros_like(largest, float)
         return np.asarray(self.overlap * self.law.dent(self.bodies, self._beyond(largest)))
@@ -195,7 +195,7 @@ class YieldingContact:
         return excess
 
     def force(self, overlap: Vector, largest: Vector = 0.0) -> Vector:  # type: ignore[assignment]
-        """Return the force, N, at overlaps, m, after the largest one before, m."""
+        """Return the force, N, at overlaps, m, after an earlier largest overlap, m."""
         overlap = np.asarray(overlap, float)
         if self.overlap == inf:
             return self.elastic.force(overlap)
@@ -205,7 +205,7 @@ class YieldingContact:
         return np.where(most > self.overlap, plastic, self.elastic.force(elastic))
 
     def approach(self, force: Vector) -> Vector:
-        """Return the overlap, m, at a force on loading, N."""
+        """Return the overlap, m, at a force on first loading, N."""
         force = np.asarray(force, float)
         elastic = self.elastic.approach(force)
         if not np.any(force > self.yield_force):
@@ -214,7 +214,7 @@ class YieldingContact:
 
     @cached_property
     def tables(self) -> tuple[Vector, Vector]:
-        """The force beyond F_y and the dent over the overlap beyond δ_y, for the compiled loops."""
+        """Tables for the compiled loops: the force above F_y and the dent, as functions of the overlap above δ_y."""
         x = np.geomspace(1e-3, 1e3, 25)
         if not np.all(np.asarray(self.law.dent(self.bodies, x)) < 1.0 + x):
             raise ValueError(f"law: {type(self.law).__name__}.dent must be less than the overlap, 1 + x")
@@ -225,7 +225,7 @@ class YieldingContact:
 
 @dataclass(frozen=True)
 class _Curve(ContactLaw):
-    """Any curve over the overlap beyond yield, m, for `kernel_table`."""
+    """A function of the overlap beyond yield, m, in the form for `kernel_table`."""
 
     of: Callable[[Vector], Vector]
 
@@ -237,7 +237,7 @@ class _Curve(ContactLaw):
 def _yielding(
     law: YieldingLaw, radius: float, modulus: float, material: Material, strength: float, elastic: PowerLaw
 ) -> YieldingContact:
-    """Return the contact, which holds its tables: thousands of runs have the same beads."""
-    with collected():  # the user was warned of an improbable strength
+    """Return the contact; it is kept with its tables, because thousands of runs have the same beads."""
+    with collected():  # the user has been warned of an improbable strength
         pressure = yield_pressure(replace(material, yield_strength=strength))
     return YieldingContact(law, RoundContact(radius, modulus, material, strength, pressure), elastic)

@@ -1,8 +1,8 @@
-"""What an element makes of a mesh: matrices, contact vectors, and the fields of displacement and stress.
+"""The products of an element on a mesh: matrices, contact vectors, and the fields of displacement and stress.
 
 The struck face is on top. A pushed plate moves down, so the displacement along z is −w. The stress is that of bending
-at the struck face of a homogeneous wall, 6 M/t² at z = t/2; at the lower face it has the opposite sign. Fields are read
-at the points of quadratic cells.
+at the struck face of a homogeneous wall, 6 M/t² at z = t/2; at the lower face it has the opposite sign. Fields are
+evaluated at the points of quadratic cells.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,18 +24,17 @@ THREE_QUADS = np.array([
     [[1, 0], [1 / 2, 1 / 2], [1 / 3, 1 / 3], [1 / 2, 0]],
     [[0, 1], [0, 1 / 2], [1 / 3, 1 / 3], [1 / 2, 1 / 2]],
 ])  # fmt: skip
-# The reference square as four.
+# The reference square as four quadrilaterals.
 FOUR_QUADS = np.array([
     [[x, y], [x + 0.5, y], [x + 0.5, y + 0.5], [x, y + 0.5]] for x in (0.0, 0.5) for y in (0.0, 0.5)
 ])  # fmt: skip
-# Places of the points of a quadratic quadrilateral, in VTK's order.
+# Points of a quadratic quadrilateral, in VTK's order.
 NINE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5], [0.5, 0.5]])
-SAME = 1e-7  # Points nearer to each other than this part of the plate's size are merged
+SAME = 1e-7  # Points that are closer than this fraction of the plate's size are merged
 
 
 class Touch(NamedTuple):
-    """One contact: its place (x, y), m; the lines of symmetry through it, by the unit vectors that point away from them
-    into the mesh; the wall with the material that is struck."""
+    """One contact: place (x, y), m; lines of symmetry through it, as unit normals into the mesh; the struck wall."""
 
     place: Vector
     mirrors: Sequence[Vector]
@@ -44,10 +43,10 @@ class Touch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """A plate on a mesh, in the n motions that its supports leave.
+    """A plate on a mesh, in the n degrees of freedom that the supports leave free.
 
-    mass, stiffness: n × n. contact: returns the n numbers that spread a unit force at a Touch and read the displacement
-    there. sampler: returns what reads displacement and stress; takes the stiffness of the whole plate.
+    mass, stiffness: n × n. contact: a function of a Touch that returns n numbers, which spread a unit force there and
+    read the displacement. sampler: a function of the stiffness of the whole plate that returns the sampler of fields.
     """
 
     mass: Matrix
@@ -57,14 +56,14 @@ class Assembled:
 
 
 def check_free(count: int) -> None:
-    """Raise a ValueError where the supports leave no degree of freedom."""
+    """Raise a ValueError if the supports leave no degree of freedom."""
     if count == 0:
-        raise ValueError("cells, mesh: too few cells, the supports hold every degree of freedom; use smaller ones")
+        raise ValueError("cells, mesh: must be smaller cells, as the supports hold every degree of freedom")
 
 
 @dataclass(frozen=True, eq=False)
 class PlateSampler:
-    """Reads the fields of a plate. points: p × 2, m. cells: quad9. deflection: p × n; curvature: 3 p × n, by point."""
+    """The sampler of a plate. points: p × 2, m. cells: quad9. deflection: p × n. curvature: 3 p × n, by point."""
 
     points: Vector
     cells: Numbers
@@ -75,29 +74,29 @@ class PlateSampler:
 
     @property
     def grid(self) -> Grid:
-        """Points and cells in the plane z = 0."""
+        """The points and cells, in the plane z = 0."""
         flat = np.column_stack([self.points, np.zeros(len(self.points))])
         return Grid(flat, self.cells, "quad9", np.zeros(len(self.cells), dtype=np.int64), False)
 
     def displacement(self, u: Vector) -> Vector:
-        """Return p × 3, m."""
+        """Return the displacement, p × 3, m."""
         sinking = self.deflection @ u
         return np.column_stack([np.zeros((sinking.size, 2)), -sinking])
 
     def stress(self, u: Vector) -> Vector:
-        """Return p × 6, Pa, at the struck face."""
+        """Return the stress at the struck face, p × 6, Pa."""
         moments = (self.curvature @ u).reshape(-1, 3) @ self.section.bending.T
         face = np.zeros((len(moments), 6))
         face[:, [0, 1, 3]] = 6.0 / self.section.thickness**2 * moments
         return face
 
     def stiffness_parts(self) -> list[Matrix]:
-        """Return the stiffness of the wall: one part."""
+        """Return the stiffness of the only part, the wall."""
         return [self.stiffness]
 
 
 def mesh_sampler(mesh: Any, space: Any, motions: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
-    """Return the sampler of a plate on a mesh. motions: all degrees of freedom from those of a Structure."""
+    """Return the sampler of a plate on a mesh. motions: from the free to all degrees of freedom."""
     triangles = mesh.t.shape[0] == 3
     quads = THREE_QUADS if triangles else FOUR_QUADS
     (x, y), (corners_x, corners_y) = NINE.T, quads.transpose(2, 1, 0)
@@ -109,12 +108,12 @@ def mesh_sampler(mesh: Any, space: Any, motions: Matrix, section: Section, stiff
     shares = np.stack([1.0 - x - y, x, y] if triangles else [(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
     points = np.einsum("jic,iq->cqj", mesh.p[:, mesh.t], shares).reshape(-1, 2)
     scale = SAME * np.ptp(points, axis=0).max()
-    # The offset keeps the lattice off round numbers, on which many points lie.
+    # The offset keeps the limits of the lattice away from round numbers, where many points lie.
     _, first, number = np.unique(np.floor(points / scale + 0.12345), axis=0, return_index=True, return_inverse=True)
     number = number.ravel()
     cells = number.reshape(mesh.nelements, -1)[:, local.reshape(len(quads), 9)].reshape(-1, 9)
 
-    # Cells are anticlockwise.
+    # All cells become anticlockwise.
     at = points[first][cells[:, [0, 1, 3]]]
     one, other = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
     inverted = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
@@ -131,10 +130,10 @@ def mesh_sampler(mesh: Any, space: Any, motions: Matrix, section: Section, stiff
 def product_sampler(
     x: Vector, y: Vector, along_x: Sequence[Matrix], along_y: Sequence[Matrix], section: Section, stiffness: Matrix
 ) -> PlateSampler:
-    """Return the sampler of a rectangular plate that is a tensor product of beams, of which w(x, y) = Σ f(x) g(y).
+    """Return the sampler of a rectangular plate that is a tensor product of beams: w(x, y) = Σ f(x) g(y).
 
-    x, y: odd numbers of ascending points, m. along_x, along_y: what reads f, f′ and f″ (g, g′, g″) there from the
-    degrees of freedom of the beams; those of the plate count y fastest.
+    x, y: odd numbers of ascending points, m. along_x, along_y: matrices from the degrees of freedom of the beams to f,
+    f′ and f″ (g, g′ and g″) at the points. In the plate's degrees of freedom y varies fastest.
     """
     (f, f_x, f_xx), (g, g_y, g_yy) = along_x, along_y
     rows = [sparse.kron(f_xx, g), sparse.kron(f, g_yy), 2.0 * sparse.kron(f_x, g_y)]

@@ -1,10 +1,11 @@
 """Scalar functions of order 4 on a flat mesh of triangles or quadrilaterals, for Mindlin's deflection and rotations.
 
-Triangles have Lagrange's polynomials, quadrilaterals products of integrated Legendre polynomials.
+Triangles have Lagrange polynomials, quadrilaterals products of integrated Legendre polynomials.
 
-A polygon with w = 0 on its sides does not converge to a curved edge with w = 0. However many sides it has, a thin
-plate's slope vanishes at its corners, as if the edge were clamped (Babuška's paradox). Therefore sides that meet at a
-small angle are regarded as chords of one curve through their ends, and w = 0 holds on the curve.
+A plate with w = 0 on the sides of a polygon does not converge to a plate with w = 0 on a curved edge. With any number
+of sides, a thin plate's slope vanishes at its corners, as if the edge were clamped (Babuška's paradox).
+Therefore sides that meet at a small angle are treated as chords of a curve through their ends, and w = 0 holds on the
+curve.
 """
 
 from typing import Any, NamedTuple
@@ -19,9 +20,9 @@ from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
 from structures.meshes.mesh_reading import Numbers
 from structures.structure import Vector
 
-DEGREE = 4  # Degree of the polynomials. Degree 4 does not lock in practice down to a thickness of 0.0025 of the side
-SMOOTH = 30.0  # Degrees. Sides of an edge that meet at a smaller angle form one curve: polygons of 12 sides and more do
-STRAIGHT = 1e-6  # Rad. Facets that meet at a smaller angle form one side: rounding of coordinates
+DEGREE = 4  # Degree of the polynomials. With 4 there is no locking down to a thickness of 0.0025 of the side
+SMOOTH = 30.0  # Degrees. Sides of an edge that meet at a smaller angle form a curve, as in polygons of 13 sides or more
+STRAIGHT = 1e-6  # Rad. Facets that meet at a smaller angle, which is due to rounding, form one side
 # Corners of the reference square's sides, in the direction in which its functions run.
 SQUARE_SIDES = ((0, 1), (1, 2), (3, 2), (0, 3))
 
@@ -34,7 +35,7 @@ class OrientedQuad(ElementQuadP):  # type: ignore[misc]
     """
 
     def gbasis(self, mapping: Any, X: Any, i: int, tind: Any = None) -> Any:
-        """Return a function and its slopes, as scikit-fem calls it."""
+        """Return a function and its slopes; scikit-fem calls this method."""
         (field,) = super().gbasis(mapping, X, i, tind)
         side, number = divmod(i - 4, self.p - 1)
         if 0 <= side < 4 and number % 2 == 1:
@@ -45,7 +46,7 @@ class OrientedQuad(ElementQuadP):  # type: ignore[misc]
 
 
 class Reading(NamedTuple):
-    """Matrices, points × functions, that read a deflection and its slopes at points."""
+    """Matrices, points × functions, that evaluate a deflection and its slopes at points."""
 
     value: sparse.csr_array
     slope_x: sparse.csr_array
@@ -53,8 +54,8 @@ class Reading(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The curve at points of facets, facets × points: how far outside of the facet it lies, m, and unit vectors along
-    it and outward, … × 2."""
+    """The curve at points of facets, facets × points: its distance beyond the facet, m, and its unit tangents and
+    outward unit normals, … × 2."""
 
     beyond: Vector
     along: Vector
@@ -62,7 +63,7 @@ class Curve(NamedTuple):
 
 
 class Functions:
-    """The functions of a mesh. of_cells: their numbers, cells × functions of a cell."""
+    """The functions on a mesh. of_cells: their numbers, cells × functions of a cell."""
 
     def __init__(self, mesh: Any) -> None:
         self.mesh, self.mapping = mesh, mesh.mapping()
@@ -76,8 +77,7 @@ class Functions:
         self._slot = slot.ravel()
 
     def inside(self) -> tuple[Vector, Vector, Vector, Vector]:
-        """Return values, cells × functions × points; slopes along x and y; weights of an integral over the plate; and
-        points, 2 × cells × points, m."""
+        """Return values and slopes, cells × functions × points, weights of integrals over the plate, and points, m."""
         basis = Basis(self.mesh, self.element, self.mapping, 2 * DEGREE, disable_doflocs=True)
         fields = [field for (field,) in basis.basis]
         values = np.stack([np.asarray(field) for field in fields], axis=1)
@@ -90,7 +90,7 @@ class Functions:
         return np.bincount(self._slot, blocks.ravel(), self._rows.size).astype(float)
 
     def matrix(self, terms: list[tuple[Vector, Vector]]) -> sparse.csr_array:
-        """Return Σ A ⊗ B, A given by the entries of an integral, B a small dense matrix."""
+        """Return Σ A ⊗ B, where the entries of an integral give A, and B is a small dense matrix."""
         entries, small = (np.array(parts) for parts in zip(*terms, strict=True))
         starts = np.searchsorted(self._rows, np.arange(self.size + 1))
         data = np.tensordot(entries.T, small, 1)
@@ -99,11 +99,11 @@ class Functions:
         return sparse.csr_array(matrix)
 
     def at(self, points: Vector, cells: Numbers | None = None) -> Reading:
-        """Read functions at points, p × 2; a ValueError where one lies outside. cells: of the points, if known."""
+        """Evaluate functions at points, p × 2; a point outside raises a ValueError. cells: of the points, if known."""
         if cells is None:
             cells = find_cells(self.mesh, points)
         places = np.full((2, len(points), 1), 1.0 / 3.0 if self.triangles else 0.5)
-        # Newton's method, as the map of a quadrilateral is bilinear; that of a triangle takes one step.
+        # Newton's method, because the map of a quadrilateral is bilinear. For a triangle one step suffices.
         for _ in range(20):
             away = points.T[:, :, None] - self.mapping.F(places, cells)
             step = np.einsum("ijpq,jpq->ipq", self.mapping.invDF(places, cells), away)
@@ -113,7 +113,7 @@ class Functions:
         return self._reading(places, cells)
 
     def sampled(self, places: Vector) -> Reading:
-        """Read functions at the same places of the reference cell, 2 × places, in each cell in turn."""
+        """Evaluate functions at the same places of the reference cell, 2 × places, in each cell in turn."""
         return self._reading(places, np.arange(self.mesh.nelements))
 
     def _reading(self, places: Vector, cells: Numbers) -> Reading:
@@ -131,7 +131,7 @@ class Functions:
     def on(self, facets: Numbers) -> tuple[Numbers, Curve]:
         """Return the functions that do not vanish on facets, functions × facets, and the edge's curve there.
 
-        On quadrilaterals the functions of a side belong to no single point; for them the curve is the side itself.
+        The functions of a side of quadrilaterals do not belong to a point; for them the curve is the side itself.
         """
         numbers = np.concatenate([
             self._dofs.nodal_dofs[0][self.mesh.facets[:, facets]], self._dofs.facet_dofs[:, facets],
@@ -149,9 +149,9 @@ def curve(mesh: Any, facets: Numbers, parts: Vector, bent: bool = True) -> Curve
     """Return the curve of one edge at parts (0 … 1) of the way from the first to the second vertex of its facets.
 
     Between the ends of a side the curve is a cubic. At each end its direction is the mean of those of the two sides.
-    bent: False takes the sides themselves.
+    bent: if False, return the sides themselves.
     """
-    # Facets run with the plate on their left.
+    # Facets are oriented with the plate on their left.
     ends = mesh.facets[:, facets]
     inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1).T - mesh.p[:, ends[0]].T
     along = tangents(mesh, facets)
@@ -160,7 +160,7 @@ def curve(mesh: Any, facets: Numbers, parts: Vector, bent: bool = True) -> Curve
     start, end = np.where(turned, ends[::-1], ends)
     lengths = np.linalg.norm(mesh.p[:, ends[1]] - mesh.p[:, ends[0]], axis=0)
 
-    # The next facet, and the angle to it: a left turn is positive, zero at corners and where the edge ends.
+    # The next facet, and the angle to it: positive to the left, zero at corners and at ends of the edge.
     follows = {int(vertex): facet for facet, vertex in enumerate(start)}
     after = np.array([follows.get(int(vertex), -1) for vertex in end])
     ahead = along[after]
@@ -168,7 +168,7 @@ def curve(mesh: Any, facets: Numbers, parts: Vector, bent: bool = True) -> Curve
     joined = (after >= 0) & (np.abs(turn) < STRAIGHT)
     turn = np.where(bent & (after >= 0) & (np.abs(turn) < np.radians(SMOOTH)), turn, 0.0)
 
-    # Facets in one line form a side. The turns at its two ends, and how far from its start each facet begins:
+    # Facets in one line form a side. The angles at its two ends, and the distance of each facet from its start:
     first, last, before, total = (np.zeros(start.size) for _ in range(4))
     previous = {int(facet): i for i, facet in enumerate(after) if facet >= 0}
     for head in np.setdiff1d(np.arange(start.size), after[joined]):

@@ -1,4 +1,4 @@
-"""The contact force on a small disc of Mindlin's plate, and the indentation that plate and Hertz's law do not contain.
+"""The contact force on a small disc of Mindlin's plate, and the indentation that neither the plate nor Hertz contains.
 
 Hertz's law contains the indentation of a half-space. Under a pressure p cos kx on its face, a plate in three dimensions
 deflects by p (1 − ν²)/Ek · B(kt) more than the half-space, with B = (ch + 1)/(sh − x) + (ch − 1)/(sh + x) − 2, x = kt
@@ -9,8 +9,8 @@ the disc's radius a. First, the transverse stress under the force bends the plat
 e = νt²/10(1 − ν) (Reissner, J. Appl. Mech. 12 (1945) 69); a²/8 is subtracted, because the mean over the disc has the
 same effect. Second, the difference that remains is a constant, which is given as a flexibility.
 
-Under a laminate the same two corrections follow from the static deflection of its layers under p cos kx, by finite
-elements through the thickness, which needs no theory of plates.
+For a laminate the same two corrections follow from the static deflection of its layers under p cos kx, which finite
+elements through the thickness give without a plate theory.
 """
 
 from functools import lru_cache
@@ -27,19 +27,19 @@ from structures.structure import Vector
 LAYER = -2.252968  # ∫ B(x) − 12/x³ − 2.4/x [x < 1] dx from 0 on
 MEAN_OF_LOGARITHM = 0.3659315  # ∫ (4 J₁²(x)/x² − [x < 1]) dx/x = ln 2 − γ + 1/4
 MEAN_OF_BENDING = -0.2373162  # ∫ (4 J₁²(x)/x² − 1 + x²/4 [x < 1]) dx/x³ = −(ln 2 − γ)/4 − 5/24
-# Degree of the elements through the thickness; elements of the struck ply, each half as thick as the one below it.
+# Degree of the elements through the thickness, and number of halvings of the elements towards the struck face.
 DEGREE, HALVED = 4, 5
-DIRECTIONS = 12  # Directions of the waves over half a turn, where a ply is anisotropic
-# The least kt, lower where shear is soft, and the greatest k times the struck ply's thickness. Longer waves see
-# Mindlin's theory, shorter ones a half-space.
+DIRECTIONS = 12  # Number of directions of the waves over half a turn, if a ply is anisotropic
+# The least kt, which is lower if shear is soft, and the greatest k times the thickness of the struck ply. For longer
+# waves Mindlin's theory holds, for shorter ones that of a half-space.
 LONGEST, SHORTEST = 0.2, 20.0
 PANELS = np.polynomial.legendre.leggauss(6)
 
 
 def bending_by_poisson(section: Section) -> float:
-    """Return e, m²: the contact reads w + (e − a²/8) ∇·s, in the mean over a disc of radius a."""
+    """Return e, m²: the displacement of the contact is the mean of w + (e − a²/8) ∇·s over a disc of radius a."""
     if isinstance(section, LayeredSection):
-        # Of long waves 1/Dk⁴ + 1/Sk² − 2e/Dk² is the deflection of the layers; the rest is of the order k⁰.
+        # For long waves the deflection of the layers is 1/Dk⁴ + 1/Sk² − 2e/Dk² + O(k⁰).
         wavenumber, layers = deflections(section)
         excess = (layers - plate_deflections(section, wavenumber))[:2] * wavenumber[:2] ** 2
         ratio = (wavenumber[1] / wavenumber[0]) ** 2
@@ -49,10 +49,10 @@ def bending_by_poisson(section: Section) -> float:
 
 
 def remaining_flexibility(section: Section, radius: float) -> float:
-    """Return the compliance of the layer in three dimensions, less those of the half-space and of Mindlin's plate under
-    a disc of this radius, m; in m/N.
+    """Return the compliance of the layer in three dimensions, minus that of the half-space and that of Mindlin's plate
+    under a disc of this radius, m; m/N.
 
-    2J₁(ka)/ka is the disc's mean. The stiffness of anisotropic walls is averaged over all directions.
+    The disc's mean is 2J₁(ka)/ka. The stiffness of anisotropic walls is averaged over all directions.
     """
     if isinstance(section, LayeredSection):
         return _layered(section, radius)
@@ -66,7 +66,7 @@ def remaining_flexibility(section: Section, radius: float) -> float:
 
 
 def _rigidity(section: Section) -> float:
-    """Return the harmonic mean of D over all directions, N m: it governs the deflection under a point force."""
+    """Return the harmonic mean of D over all directions, N m, which determines the deflection under a point force."""
     return float(1.0 / (1.0 / all_around(section)).mean())
 
 
@@ -80,23 +80,23 @@ def _layered(section: LayeredSection, radius: float) -> float:
     inner, weights = (middle + half * place).ravel(), (half * weight).ravel()
     modulus = section.struck.contact_modulus
     solid = float(((layers[2:-1] * inner - 2.0 / modulus) * weights).sum())
-    # The mean over the disc, 2J₁(ka)/ka, oscillates: it takes more points, of functions that cost little.
+    # The mean over the disc, 2J₁(ka)/ka, oscillates and needs more points; its functions are cheap.
     ends = edges[0], edges[-1]
     fine = np.unique(np.concatenate([np.geomspace(*ends, 2001), np.linspace(*ends, 4001)]))
     disc = (2.0 * j1(fine * radius) / (fine * radius)) ** 2
     spread = plate_deflections(section, fine, *bend) * disc * fine
     plate = float(((spread[1:] + spread[:-1]) / 2.0 * np.diff(fine)).sum())
     plate += 4.0 / pi * float(plate_deflections(section, edges[-1:], *bend)[0]) / (radius**3 * edges[-1])
-    # For longer waves the plate and the layers differ by a constant.
+    # For longer waves the difference between the plate and the layers is constant.
     long = float(layers[1] - plate_deflections(section, edges[:1], *bend)[0] * disc[0]) * edges[0] ** 2 / 2.0
     return float(solid - plate + long - 2.0 * float(edges[0]) / modulus) / (2.0 * pi)
 
 
 def plate_deflections(section: Section, wavenumber: Vector, bend: float = 0.0, radius: float = 0.0) -> Vector:
-    """Return what Mindlin's plate deflects under 1 Pa · cos kx, m: the mean over all directions of the wave.
+    """Return the deflection of Mindlin's plate under 1 Pa · cos kx, m, averaged over all directions of the wave.
 
-    s = i σ: each wall has the energy ½ k² σᵀ Eᵀ B E σ + ½ (k n w − σ)ᵀ S (k n w − σ), with the unit vector n along the
-    wave; the pressure acts on w − k n·(bend σ − a²/8 σ′), with σ′ of the last wall.
+    With s = i σ, each wall has the energy ½ k² σᵀ Eᵀ B E σ + ½ (k n w − σ)ᵀ S (k n w − σ), where n is the unit vector
+    along the wave. The pressure acts on w − k n·(bend σ − a²/8 σ′), where σ′ belongs to the last wall.
     """
     size, mean = 1 + 2 * len(section.walls), np.zeros(wavenumber.size)
     angles = np.arange(2 * DIRECTIONS) * pi / (2 * DIRECTIONS)
@@ -116,8 +116,8 @@ def plate_deflections(section: Section, wavenumber: Vector, bend: float = 0.0, r
 
 
 def deflections(section: LayeredSection) -> tuple[Vector, Vector]:
-    """Return wavenumbers k, 1/m, and what the face deflects under 1 Pa · cos kx, m: for two long waves, Gauss points of
-    panels, and the shortest wave."""
+    """Return wavenumbers k, 1/m, and the deflections of the face under 1 Pa · cos kx, m: for two long waves, for Gauss
+    points of panels, and for the shortest wave."""
     soft = float(np.linalg.eigvalsh(section.shear)[0]) * section.thickness**2 / (3.0 * section.bending[0, 0])
     longest = LONGEST / section.thickness * min(1.0, soft**0.5)
     wavenumber, layers = _deflections(section.plies, round(longest, 9))
@@ -135,9 +135,9 @@ def _deflections(plies: tuple[Ply, ...], longest: float) -> tuple[Vector, Vector
 
 
 def _along(plies: tuple[Ply, ...], wavenumber: Vector, direction: float) -> Vector:
-    """Return the same for waves in one direction, rad, by elements through the thickness.
+    """Return the deflections for waves in one direction, rad, by elements through the thickness.
 
-    The displacement is (iU, iV, w) e^{ikx}, so the strains 11, 33, 12 are −kU, w′, −kV, and 23, 13 are iV′, i(U′ + kw).
+    The displacement is (iU, iV, w) e^{ikx}. So the strains 11, 33, 12 are −kU, w′, −kV, and 23, 13 are iV′, i(U′ + kw).
     """
     across, along = np.zeros((6, 3)), np.zeros((6, 3))
     along[0, 0] = along[5, 1] = -1.0
@@ -154,7 +154,7 @@ def _along(plies: tuple[Ply, ...], wavenumber: Vector, direction: float) -> Vect
     cells = [(plies[0], plies[0].thickness * 2.0**-i) for i in (HALVED, *range(HALVED, 0, -1))]
     cells += [(ply, ply.thickness / 2.0) for ply in plies[1:] for _ in (0, 1)]
     size = 3 * (DEGREE * len(cells) + 1)
-    parts = np.zeros((3, size, size))  # of k⁰, k¹, k²
+    parts = np.zeros((3, size, size))  # coefficients of k⁰, k¹, k²
     for i, (ply, thickness) in enumerate(cells):
         own = slice(3 * DEGREE * i, 3 * DEGREE * (i + 1) + 3)
         stiff = turned(constants(ply.material), ply.angle - direction)

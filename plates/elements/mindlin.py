@@ -1,10 +1,10 @@
-"""Mindlin–Reissner plates on any flat mesh: mass, stiffness, and how edges are held.
+"""Mindlin–Reissner plates on any flat mesh: mass, stiffness, and supports of edges.
 
-The deflection w and the slope s = (s_x, s_y) of the fibres across the wall, which is ∇w where there is no shear, are
-sums of the same functions: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), mass
-½ ∫ m ẇ² + J |ṡ|², all integrated in full (Mindlin, J. Appl. Mech. 18 (1951) 31). The high order of the functions
-prevents locking of thin plates. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
-Laminates of stiff and soft plies are two such walls with one w: 5 i, and (s_x, s_y) of each.
+The deflection w and the slope s = (s_x, s_y) of the fibres across the wall are sums of the same functions; s is ∇w if
+there is no shear. The elastic energy is ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), the
+kinetic energy ½ ∫ m ẇ² + J |ṡ|² (Mindlin, J. Appl. Mech. 18 (1951) 31). All integrals are full. The high order of the
+functions prevents locking of thin plates. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and
+s_y. Laminates of stiff and soft plies are two such walls with the same w: 5 i is w, and (s_x, s_y) of each wall follow.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,27 +30,26 @@ from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 from structures.units import readable
 
-# s is held in two directions d where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the larger one: the
-# directions then differ by a tenth of a degree or more.
+# s is held in two directions d if the smaller eigenvalue of the sum of d dᵀ exceeds this fraction of the larger one,
+# for directions that differ by a tenth of a degree or more.
 TWO_WAYS = 1e-6
 # The largest cell at the contact, in units of the patch's radius. Cells of 4 radii change the compliance by 0.2 %,
 # cells of 8 radii by 3 %.
 COARSEST_PATCH = 5.0
 GROWTH = 0.6  # Increase of the size of cells per distance from the contact
-# The coarsest cells, in units of the shortest wavelength. Cells half as large change amplitude ratios by less than 0.01
-# %.
+# The coarsest cells, in units of the shortest wavelength. Half of that changes amplitude ratios by less than 0.01 %.
 LONGEST = 1.6
-# Points and weights on a line in a cell: exact for products of two functions.
+# Points and weights on a line in a cell, exact for products of two functions
 LINE = np.polynomial.legendre.leggauss(DEGREE + 1)
-# Points on a disc over which the contact is averaged, along its radius and around: the mean is good to 1e-6.
+# Numbers of points along the radius and around the disc of the contact; the error of the mean is 1e-6.
 RINGS, SPOKES = 10, 40
-ROUNDING = 1e-9  # Part of a line, or of a side, below which two points are one
+ROUNDING = 1e-9  # Points that are closer than this fraction of a line, or of a side, coincide
 Matrix: TypeAlias = sparse.csr_array
 
 
 @dataclass(frozen=True)
 class Mindlin:
-    """Mindlin's theory on triangles or quadrilaterals; the contact force acts on a disc of a radius, m."""
+    """Mindlin's theory on triangles or quadrilaterals; the contact force acts on a disc of radius patch_radius, m."""
 
     patch_radius: float
     name: ClassVar[str] = "Mindlin"
@@ -58,18 +57,17 @@ class Mindlin:
     unknowns: ClassVar[float] = 3.0 * DEGREE**2
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """Return the wavelength of the softest direction in shear, m."""
+        """Return the wavelength in the direction that is softest in shear, m."""
         shear = float(np.linalg.eigvalsh(section.shear)[0])
         return flexural_wavelength(section.mass, rigidity, frequency, section.rotary_inertia, shear)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
-        """Return cells as small as the patch at the contact, with lines where regions end and along stiffeners parallel
-        to a side."""
+        """Return cells as small as the patch at the contact, with lines at the ends of regions and along stiffeners."""
         finest = min(self.patch_radius, wavelength)
         return Cells(finest, GROWTH, LONGEST * wavelength, lines=cell_lines(additions))
 
     def flexibility(self, wall: Section) -> float:
-        """Return what bending and shear under the patch, and Hertz's half-space, leave out of the indentation, m/N."""
+        """Return the part of the indentation that neither the plate under the patch nor Hertz's law contains, m/N."""
         return remaining_flexibility(wall, self.patch_radius)
 
     def assemble(
@@ -99,16 +97,18 @@ class Mindlin:
         return Assembled(mass, stiffness, partial(self._patch_force, mesh, space, motions), sampler)
 
     def _patch_force(self, mesh: PlateMesh, space: "MindlinSpace", motions: Matrix, touch: Touch) -> Vector:
-        """Return the force spread over the patch, which also reads the displacement's mean over it."""
+        """Return the vector that spreads a force over the patch and reads the mean displacement there."""
         corners = mesh.mesh.p[:, mesh.mesh.t[:, find_cells(mesh.mesh, touch.place[None])[0]]]
         size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
         if size > (good := COARSEST_PATCH * self.patch_radius):
-            caution(f"mesh: cells of {readable(size, 'm')} at the contact are too large; {readable(good, 'm')} suit")
+            caution(
+                f"mesh: cells of {readable(size, 'm')} at the contact are too large; use at most {readable(good, 'm')}"
+            )
         part, weights = np.polynomial.legendre.leggauss(RINGS)
         reach = self.patch_radius * np.sqrt((part + 1.0) / 2.0)
         angle = 2.0 * pi * (np.arange(SPOKES) + 0.5) / SPOKES
         away = (reach[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)).reshape(-1, 2)
-        for inward in touch.mirrors:  # what lies beyond is brought back
+        for inward in touch.mirrors:  # points beyond a line of symmetry are mirrored
             away = away - 2.0 * np.minimum(away @ inward, 0.0)[:, None] * inward
         mean = space.mean(
             touch.place + away, np.repeat(weights / (2.0 * SPOKES), SPOKES),
@@ -118,13 +118,13 @@ class Mindlin:
 
 
 class MindlinSpace:
-    """w and s of one section on a mesh, `size` degrees of freedom, `each` of every function."""
+    """w and s of a section on a mesh: `size` degrees of freedom, `each` for every function."""
 
     def __init__(self, mesh: Any, section: Section) -> None:
         self.functions, self.section, self.walls = Functions(mesh), section, section.walls
         self.each = 1 + 2 * len(self.walls)
         self.size = self.each * self.functions.size
-        # What picks w, and s of each wall, from the degrees of freedom of a function.
+        # Matrices that select w, and s of each wall, from the degrees of freedom of a function.
         self._w = np.eye(1, self.each)
         self._s = [np.eye(self.each)[1 + 2 * i : 3 + 2 * i] for i in range(len(self.walls))]
 
@@ -177,14 +177,14 @@ class MindlinSpace:
         return sparse.csr_array(total)
 
     def motions(self, mesh: PlateMesh, supports: Mapping[Tag, Support]) -> Matrix:
-        """Return the motions that the supports leave, size × n; at held edges s has components along and across.
+        """Return the motions that supports leave free, size × n; at held edges, s has components along and across.
 
-        On simple edges that are polygons of curves, w vanishes on the curve: w = −(its distance) s·n on the facets.
+        On a simple edge whose polygon represents a curve, w vanishes on the curve: w = −(its distance) s·n on facets.
         """
         count = self.functions.size
         still = np.zeros(count, dtype=bool)
-        held = np.zeros((count, 2, 2))  # the sum of d dᵀ over the directions d in which s is held
-        follows = np.zeros((count, 2))  # w over s_x and s_y where it is not free
+        held = np.zeros((count, 2, 2))  # the sums of d dᵀ over the directions d in which s is held
+        follows = np.zeros((count, 2))  # w over s_x and s_y, if w is not free
         for name, support in supports.items():
             if isinstance(support, ElasticEdge) or support == "free":
                 continue
@@ -205,7 +205,7 @@ class MindlinSpace:
         for s, axis in product(range(1, each, 2), (0, 1)):
             turns = np.flatnonzero(free[:, axis])
             into = axes[turns, :, axis]
-            # Where w follows, it follows the slope of the last wall.
+            # If w depends on a slope, it depends on that of the last wall.
             after = np.where(still[turns] & (s == each - 2), (follows[turns] * into).sum(axis=1), 0.0)
             rows += [each * turns + s, each * turns + s + 1, each * turns]
             columns += [each * turns + s + axis] * 3
@@ -217,14 +217,14 @@ class MindlinSpace:
         return matrix
 
     def deflection(self, points: Vector) -> Matrix:
-        """Return what reads w at points, p × 2; a ValueError where one lies outside."""
+        """Return the matrix that evaluates w at points, p × 2; a point outside raises a ValueError."""
         return sparse.csr_array(sparse.kron(self.functions.at(points).value, self._w))
 
     def stiffener(self, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
         """Return M and K of a beam on the last wall: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it."""
         start, end = np.array(stiffener.start, dtype=float), np.array(stiffener.end, dtype=float)
         step, length = end - start, stiffener.length
-        # From where it passes into a cell to where it leaves it.
+        # The integrals run from cell to cell.
         stops = _crossings(self.functions.mesh, start, step)
         place, weights = LINE
         size = np.diff(stops)[:, None]
@@ -240,10 +240,10 @@ class MindlinSpace:
         return sparse.csr_array(stiffener.mass_per_length * (value.T @ weight @ value)), sparse.csr_array(stiffness)
 
     def mean(self, points: Vector, weights: Vector, first: float, last: float) -> Vector:
-        """Return the mean, with weights, of w + first ∇·s + last ∇·s at points, p × 2, m, with s of the first and the
-        last wall: one number for each degree of freedom.
+        """Return the weighted mean of w + first ∇·s₁ + last ∇·s₂ at points, p × 2, m, as a vector.
 
-        The last wall hardly shears, so its s is the slope of w, which the disc's mean bends.
+        s₁ and s₂ are the slopes of the first and the last wall. The last wall hardly shears, so s₂ is the slope of w,
+        which the mean over the disc needs.
         """
         reading = self.functions.at(points)
         mean = np.outer(weights @ reading.value, self._w)
@@ -252,9 +252,9 @@ class MindlinSpace:
         return np.asarray(mean.ravel())
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """Return what reads w, and κ in three rows, at places of the reference cell, 2 × places, cell by cell."""
+        """Return matrices that evaluate w and κ (three rows) at places of the reference cell, 2 × places, by cell."""
         reading = self.functions.sampled(places)
-        # The moments are those of all walls, so their curvatures count by their parts of the bending stiffness.
+        # Moments are those of all walls together, so curvatures are weighted by the parts of the bending stiffness.
         parts = [[part * k for k in _curvature(s)] for (_, _, part), s in zip(self.walls, self._s, strict=True)]
         x, y = np.sum(parts, axis=0)
         bent = sparse.kron(reading.slope_x, x) + sparse.kron(reading.slope_y, y)
@@ -262,13 +262,13 @@ class MindlinSpace:
 
 
 def _curvature(s: Vector) -> tuple[Vector, Vector]:
-    """Return κ_x and κ_y of κ = κ_x ∂x + κ_y ∂y: (s_x, 0, s_y) and (0, s_y, s_x)."""
+    """Return κ_x and κ_y in κ = ∂x κ_x + ∂y κ_y: (s_x, 0, s_y) and (0, s_y, s_x)."""
     none = np.zeros_like(s[0])
     return np.stack([s[0], none, s[1]]), np.stack([none, s[1], s[0]])
 
 
 def _crossings(mesh: Any, start: Vector, step: Vector) -> Vector:
-    """Return the parts of the way from start, ascending from 0 to 1, at which it passes from cell to cell."""
+    """Return the fractions of the step, ascending from 0 to 1, at which it passes from cell to cell."""
     first_ends, last_ends = mesh.p[:, mesh.facets].transpose(1, 2, 0)
     side = last_ends - first_ends
     turn = step[0] * side[:, 1] - step[1] * side[:, 0]

@@ -1,1 +1,1 @@
-"""Outlines of plates and their meshes."""
+"""Shapes of plates and their meshes."""

@@ -1,4 +1,4 @@
-"""Meshes of plates from files: what meshio reads, checked to be flat and whole, with its tags as names of edges."""
+"""Meshes of plates from files, with checks that they are flat and whole. Tags are names of edges."""
 
 from typing import Any
 
@@ -13,22 +13,22 @@ from structures.checks import count_of
 from structures.meshes import mesh_reading as reading
 from structures.meshes.mesh_files import read_mesh, source_of
 from structures.meshes.mesh_reading import FLAT_CORNERS, Numbers, Tag, Tags, names, near
-from structures.meshes.mesh_topology import QUADRILATERAL, TRIANGLE, check_joined, edge_lengths, once
+from structures.meshes.mesh_topology import QUADRILATERAL, TRIANGLE, check_joined, edge_lengths, without_duplicates
 from structures.structure import Vector
 from structures.units import readable
 
-THINNEST = 2e-4  # A plate thinner than this part of its length is probably in millimetres
-OUT_OF_PLANE = 1e-6  # Points may lie out of the plane by this part of the longest side
-FOLDED = 1e-9  # Cells with an angle at a corner below this, rad, or above half a turn, are flat or folded
-TOO_LONG = 1.5  # Sides of a mesh from a file may be longer than the coarsest cell that the waves require by this factor
+THINNEST = 2e-4  # A mesh whose thickness is a smaller fraction of its length is probably in millimetres
+OUT_OF_PLANE = 1e-6  # Points may be out of the plane by this fraction of the longest side
+FOLDED = 1e-9  # Cells with a corner angle below this, rad, or above half a turn, are flat or folded
+TOO_LONG = 1.5  # Sides may exceed the coarsest cell that the waves require by this factor
 LINES = {"line": 2, "line3": 2}
 
 
 class FlatMesh:
     """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a plate of a thickness in m.
 
-    scale, tags: as of `mindlin_panel`. It lies in the plane of x and y; triangles and quadrilaterals together
-    become triangles. Raises ValueError for a mesh that cannot be a plate.
+    scale, tags: as in `mindlin_panel`. The mesh lies in the plane of x and y. If it has triangles and quadrilaterals,
+    all become triangles. A mesh that cannot be a plate raises a ValueError.
     """
 
     kind, fixed = "panel", True
@@ -40,7 +40,7 @@ class FlatMesh:
         points, cells = self.scale * reading.points_of(read, flat=True), _faces(read)
         count = cells.shape[1]
         sides = TRIANGLE if count == 3 else QUADRILATERAL
-        points, cells, number = reading.used(points, once(cells, count)[0], count)
+        points, cells, number = reading.used(points, without_duplicates(cells, count)[0], count)
         thin = bool(thickness < THINNEST * np.ptp(points, axis=0).max())
         reading.check_scale(points, thin, f"with a thickness of {thickness:.3g} m", scale)
         if np.ptp(points[:, 2]) > OUT_OF_PLANE * np.ptp(points, axis=0).max():
@@ -53,7 +53,7 @@ class FlatMesh:
         self._mesh = PlateMesh(mesh, self._tags.groups)
 
     def check_edge(self, name: Tag) -> None:
-        """Raise a ValueError for an edge that does not exist or has no side; warn where it leaves sides out."""
+        """Raise a ValueError for an edge that does not exist or has no side; warn if sides are left out."""
         self._tags.of("supports", name)
 
     @property
@@ -72,11 +72,11 @@ class FlatMesh:
         return np.asarray(np.arctan2(along[:, 1], along[:, 0]))
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """Return the same mesh for all contact points; warn where it is coarser than the waves require."""
+        """Return the same mesh for all contacts; warn if it is coarser than the waves require."""
         mesh = self._mesh.mesh
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
         if longest > TOO_LONG * cells.coarsest:
-            caution(f"mesh: edges of up to {readable(longest, 'm')} are too long; {readable(cells.coarsest, 'm')} suit")
+            caution(f"mesh: edges of up to {readable(longest, 'm')} are too long; use {readable(cells.coarsest, 'm')}")
         return self._mesh
 
     def described(self) -> dict[str, Any]:
@@ -94,13 +94,13 @@ class FlatMesh:
 
 
 def _faces(source: Any) -> Numbers:
-    """Return the corners of the cells that fill the plate; triangles where the file has quadrilaterals as well."""
+    """Return the corners of the cells of the plate: only triangles if the file has both kinds."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
     solid = sorted(kinds - set(FLAT_CORNERS))
     if solid:
-        raise ValueError(f"mesh: has cells of type {names(solid)}; a panel's mesh is flat, see solid(...) for bodies")
+        raise ValueError(f"mesh: has cells of type {names(solid)}; must be flat; see solid(...) for bodies")
     if not kinds:
-        raise ValueError("mesh: has neither triangles nor quadrilaterals; mesh the surface, and save it")
+        raise ValueError("mesh: must have triangles or quadrilaterals; mesh the surface and save it")
     for kind in sorted(kinds - {"triangle", "quad"}):
         caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
     faces: dict[int, list[Numbers]] = {3: [], 4: []}
@@ -110,12 +110,12 @@ def _faces(source: Any) -> Numbers:
     if not (faces[3] and faces[4]):
         return np.concatenate(faces[3] or faces[4])
     quadrilaterals = np.concatenate(faces[4])
-    caution(f"mesh: its quadrilaterals, {len(quadrilaterals)}, are split, as it has triangles as well")
+    caution(f"mesh: {len(quadrilaterals)} quadrilaterals are split, because the mesh has triangles as well")
     return np.concatenate([*faces[3], quadrilaterals[:, [0, 1, 2]], quadrilaterals[:, [0, 2, 3]]])
 
 
 def _upright(points: Vector, cells: Numbers) -> Numbers:
-    """Return the cells anticlockwise; raise a ValueError where some are flat or folded."""
+    """Return the cells in anticlockwise order; raise a ValueError if some are flat or folded."""
     at = points[cells][:, :, :2]
     back, ahead = np.roll(at, 1, axis=1) - at, np.roll(at, -1, axis=1) - at
     sine = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
@@ -125,5 +125,5 @@ def _upright(points: Vector, cells: Numbers) -> Numbers:
     if bad.size:
         raise ValueError(f"mesh: {bad.size} cells are flat or folded, the first near {near(points[cells[bad[0]]])}")
     if inverted.any() and upright.any():
-        caution(f"mesh: {inverted.sum()} of {len(at)} cells are numbered clockwise, and are turned over")
+        caution(f"mesh: {inverted.sum()} of {len(at)} cells are numbered clockwise and are turned over")
     return np.where(inverted[:, None], cells[:, ::-1], cells)

@@ -1,4 +1,4 @@
-"""Geometry of flat meshes, and the place where a plate is struck: its checks and mirror images."""
+"""Geometry of flat meshes, and checks and mirror images of the place where a plate is struck."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,17 +10,17 @@ from plates.support import ElasticEdge, Support
 from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
-# Turns row vectors to the right. An edge vector that has the plate on its left then points outward.
+# A rotation of row vectors to the right. An edge vector with the plate on its left then points outward.
 QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
-# Sines of the angle at which two sides meet. Below the first they form one line, above the second a corner; between
-# them they form a curve.
+# Limits of the sine of the angle between two sides. Below the first the sides form a line, above the second a corner,
+# and between them a curve.
 STRAIGHT, CURVED = 1e-3, 0.5
-OUTSIDE = 1e-9  # A point may lie outside of the mesh by this part of the height of the nearest cell: rounding
-NEAREST = 1e-6  # A contact nearer to an edge than this part of the plate's size lies on it: rounding of coordinates
+OUTSIDE = 1e-9  # A point may be outside the mesh by this fraction of the nearest cell's height, due to rounding
+NEAREST = 1e-6  # A contact that is closer to an edge than this fraction of the plate's size lies on the edge
 
 
 def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
-    """Raise a ValueError where the sides of an edge meet at small angles, as those of a curve do."""
+    """Raise a ValueError if sides of an edge meet at small angles, like those of a curve."""
     ends, ways = mesh.facets[:, facets], tangents(mesh, facets)
     both = np.concatenate([ends[0], ends[1]])
     order = np.argsort(both, kind="stable")
@@ -28,7 +28,7 @@ def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
     facet, following = order[met] % facets.size, order[met + 1] % facets.size
     turn = abs(ways[facet, 0] * ways[following, 1] - ways[facet, 1] * ways[following, 0])
     if ((turn > STRAIGHT) & (turn < CURVED)).any():
-        raise ValueError(f"supports[{name!r}]: a curve of quadrilaterals cannot be simple; mesh with triangles")
+        raise ValueError(f"supports[{name!r}]: must be straight or of triangles if it is simple")
 
 
 def tangents(mesh: Any, facets: Numbers) -> Vector:
@@ -39,20 +39,20 @@ def tangents(mesh: Any, facets: Numbers) -> Vector:
 
 
 def distances(starts: Vector, ends: Vector, point: Vector) -> Vector:
-    """Return the distances from a point to straight sides, whose ends are sides × 2, m."""
+    """Return the distances from a point to straight sides, m. starts, ends: sides × 2."""
     step, offset = ends - starts, point - starts
     part = np.clip((offset * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
     return np.asarray(np.linalg.norm(offset - part[:, None] * step, axis=1))
 
 
 def find_cells(mesh: Any, points: Vector) -> Numbers:
-    """Return the cell of each point, p × 2; raise a ValueError where one lies outside of the mesh."""
+    """Return the cell of each point, p × 2; raise a ValueError if one lies outside the mesh."""
     corners = mesh.p[:, mesh.t]
     margin = OUTSIDE * np.ptp(mesh.p, axis=1)[:, None]
     reaches = corners.max(axis=1) >= points.min(axis=0)[:, None] - margin
     reaches &= corners.min(axis=1) <= points.max(axis=0)[:, None] + margin
     candidates = np.flatnonzero(reaches.all(axis=0))
-    # How far inside of a cell a point lies, in heights above its sides; negative outside.
+    # The depth of a point inside a cell, in heights above its sides; negative outside.
     depth = np.full((len(points), candidates.size + 1), -np.inf)
     depth[:, :-1] = np.inf
     corners = corners[:, :, candidates]
@@ -66,14 +66,14 @@ def find_cells(mesh: Any, points: Vector) -> Numbers:
     outside = np.flatnonzero(depth[np.arange(len(points)), best] < -OUTSIDE)
     if outside.size:
         x, y = points[outside[0]]
-        raise ValueError(f"({x:.6g}, {y:.6g}) m lies outside of the plate")
+        raise ValueError(f"({x:.6g}, {y:.6g}) m lies outside the plate")
     return np.asarray(candidates[best])
 
 
 def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> list[Vector]:
-    """Return the lines of symmetry through a place, m, by the unit vectors that point away from them into the mesh.
+    """Return the lines of symmetry through a place, m, as unit normals into the mesh.
 
-    Raises ValueError where two of them are not at right angles.
+    Raise a ValueError if two lines are not at right angles.
     """
     inward: list[Vector] = []
     for name, support in supports.items():
@@ -84,24 +84,24 @@ def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> 
             if all(abs(across @ other) < 1.0 - NEAREST for other in inward):
                 inward.append(across * np.sign(across @ inside))
     if len(inward) > 2 or (len(inward) == 2 and abs(inward[0] @ inward[1]) > NEAREST):
-        raise ValueError(f"x, y = {_text(place)}: lies on edges of symmetry that are not at right angles")
+        raise ValueError(f"x, y = {_text(place)}: must not lie where edges of symmetry meet at other than right angles")
     return inward
 
 
 def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> None:
-    """Raise a ValueError where a place, m, lies outside, on a fixed edge, or within a radius, m, of an edge."""
+    """Raise a ValueError if a place, m, lies outside, on a fixed edge, or within a radius, m, of an edge."""
     try:
         find_cells(mesh.mesh, place[None])
     except ValueError:
-        raise ValueError(f"x, y = {_text(place)}: lies outside of the plate, or in a hole; strike the plate") from None
+        raise ValueError(f"x, y = {_text(place)}: must lie on the plate, not outside or in a hole") from None
     for name, support in supports.items():
         if isinstance(support, ElasticEdge) or support in ("free", "symmetry"):
             continue
         if mesh.edges[name].size and _away(mesh, mesh.edges[name], place).min() < _near(mesh):
-            raise ValueError(f"x, y = {_text(place)}: lies on a {support} edge, which cannot move; strike inside")
+            raise ValueError(f"x, y = {_text(place)}: must not lie on a {support} edge, which cannot move")
     if radius == 0.0:
         return
-    # Facets on the lines of symmetry through the place are no edges.
+    # Facets on lines of symmetry through the place do not count as edges.
     boundary = mesh.mesh.boundary_facets()
     for inward in mirrors(mesh, supports, place):
         corners = mesh.mesh.p[:, mesh.mesh.facets[:, boundary]]
@@ -109,7 +109,7 @@ def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector,
         boundary = boundary[np.abs(aside).max(axis=0) > _near(mesh)]
     reach = _away(mesh, boundary, place).min() if boundary.size else np.inf
     if reach < radius * (1.0 - NEAREST):
-        raise ValueError(f"patch_radius = {radius:.4g}: at ({_text(place)}) reaches beyond an edge {reach:.3g} m away")
+        raise ValueError(f"patch_radius = {radius:.4g}: must be at most {reach:.3g} m at ({_text(place)})")
 
 
 def _away(mesh: PlateMesh, facets: Numbers, place: Vector) -> Vector:

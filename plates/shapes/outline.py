@@ -1,4 +1,4 @@
-"""Outlines of plates: polygons with holes, whose sides have names; meshed with triangles, fine at the contact."""
+"""Outlines of plates: polygons with holes and named sides, meshed with triangles that are fine at the contact."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from structures.quantities import Likely
 from structures.structure import Vector
 
 Place: TypeAlias = tuple[float, float]
-# Options of gmsh. Algorithm 5, Delaunay's, follows varying sizes best; sizes of short sides extend into the plate.
+# Options of gmsh. Algorithm 5 (Delaunay) follows varying sizes best. Sizes of short sides extend into the plate.
 OPTIONS = {
     "Mesh.Algorithm": 5.0,
     "Mesh.MeshSizeExtendFromBoundary": 1.0,
@@ -29,16 +29,16 @@ OPTIONS = {
     "Mesh.ElementOrder": 1.0,
     "Mesh.RecombineAll": 0.0,
 }
-NAMED = 6  # Names of edges that the text of an outline shows
-COINCIDE = 1e-9  # Corners nearer to each other than this part of the outline's size coincide: rounding
-# Corners of an outline and its holes: each pair of sides is compared, which takes a few seconds and 1 GB.
+NAMED = 6  # Number of edges in the repr() of an outline
+COINCIDE = 1e-9  # Corners that are closer than this fraction of the outline's size coincide
+# The most corners of an outline and its holes. Each pair of sides is compared, which takes a few seconds and 1 GB.
 MOST_CORNERS = 2000
-ROUND = 96  # Corners of a circle by default: its frequencies are within 0.1 % of the circle's
-ON_EDGE = 0.3  # A contact nearer to an edge than this part of the finest size is no corner: triangles would degenerate
+ROUND = 96  # Default number of corners of a circle; the error of frequencies is 0.1 %
+ON_EDGE = 0.3  # A contact closer to an edge than this fraction of the finest size does not become a corner of the mesh
 
 
 class Ring(NamedTuple):
-    """A closed polygon: its argument, its corners (x, y), m, and the name of the edge to which each side belongs."""
+    """A closed polygon: name of its argument, corners (x, y), m, and the name of the edge of each side."""
 
     argument: str
     corners: Vector
@@ -65,12 +65,12 @@ class Outline:
     Parameters
     ----------
     corners : sequence of (float, float)
-        Corners (x, y) in order, m. Side i begins at corner i. Curved edges are many short sides; see `circle`.
+        Corners (x, y) in order, m. Side i begins at corner i. A curved edge consists of many short sides; see `circle`.
     holes : sequence of sequences of (float, float)
         The corners of each hole, m.
     edges : str or sequence of str
-        A name for each side, or one for all; by default "side 1", "side 2", ... Sides with the same name form one edge.
-        The edges of the holes are "hole 1", "hole 2", ...
+        A name for each side, or one for all; by default "side 1", "side 2", ... Sides with the same name form an edge.
+        The edges of holes are "hole 1", "hole 2", ...
 
     Examples
     --------
@@ -89,17 +89,17 @@ class Outline:
         holes = self.holes if several(self.holes) else (self.holes,)
         object.__setattr__(self, "holes", tuple(_corners(f"holes[{i}]", hole) for i, hole in enumerate(holes)))
         if (total := sum(map(len, (self.corners, *self.holes)))) > MOST_CORNERS:
-            raise ValueError(f"corners, holes: have {total} corners in all, must have at most {MOST_CORNERS}")
+            raise ValueError(f"corners, holes: must have at most {MOST_CORNERS} corners in all, not {total}")
         object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
         self._check_sides()
         Likely.SIDE.warn("Outline", "size", self.size)
         outer, *rings = self._rings
         for ring in rings:
             if not outer.contains(ring.corners[0]):
-                raise ValueError(f"{ring.argument}: lies outside of the corners' polygon")
+                raise ValueError(f"{ring.argument}: must lie inside the corners")
             for other in rings:
                 if ring is not other and other.contains(ring.corners[0]):
-                    raise ValueError(f"{ring.argument}: lies in {other.argument}")
+                    raise ValueError(f"{ring.argument}: must not lie in {other.argument}")
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -114,17 +114,17 @@ class Outline:
 
     @property
     def size(self) -> float:
-        """The longer side of the box around it, m."""
+        """The longer side of the bounding box, m."""
         return float(np.ptp(np.array(self.corners), axis=0).max())
 
     @property
     def area(self) -> float:
-        """The area inside the corners, holes included, m²."""
+        """The area inside the corners, including holes, m²."""
         x, y = np.array(self.corners).T
         return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0)
 
     def contains(self, x: float, y: float) -> bool:
-        """Return whether a point, m, lies inside, and in no hole; points on an edge may count as either."""
+        """Return whether a point, m, lies inside and not in a hole; on an edge the answer is arbitrary."""
         outer, *holes = self._rings
         point = np.array([x, y])
         return outer.contains(point) and not any(hole.contains(point) for hole in holes)
@@ -140,18 +140,18 @@ class Outline:
         return np.asarray(np.arctan2(sides[:, 1], sides[:, 0]))
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """Return triangles, finest at the contacts (x, y), m, which are corners of them unless they lie near an edge.
+        """Return triangles, finest at the contacts (x, y), m. A contact is a corner unless it lies near an edge.
 
-        Raises ValueError for a contact outside or in a hole.
+        Raise a ValueError for a contact outside or in a hole.
         """
         places: list[Place] = []
         for at_x, at_y in zip(np.atleast_1d(x).tolist(), np.atleast_1d(y).tolist(), strict=True):
             if not self.contains(at_x, at_y) and self.distance(at_x, at_y) > COINCIDE * self.size:
-                raise ValueError(f"x, y = {at_x!r}, {at_y!r}: lies outside of the outline, or in a hole")
+                raise ValueError(f"x, y = {at_x!r}, {at_y!r}: must lie inside the outline, and not in a hole")
             if all(hypot(at_x - other_x, at_y - other_y) > SAME * cells.finest for other_x, other_y in places):
                 places.append((at_x, at_y))
         corners = [place for place in places if self.distance(*place) > ON_EDGE * cells.finest]
-        # gmsh ends the process at sizes that it cannot read.
+        # Sizes that gmsh cannot read crash the process.
         cells = replace(cells, finest=min(cells.finest, self.size), coarsest=min(cells.coarsest, self.size))
         return _triangles(self._rings, places, corners, cells)
 
@@ -175,18 +175,18 @@ class Outline:
         return [Ring("corners", np.array(self.corners), self.edges), *holes]
 
     def _check_sides(self) -> None:
-        """Raise a ValueError where corners coincide, and where sides have more in common than a corner."""
+        """Raise a ValueError if corners coincide, or if sides have more in common than a corner."""
         called = [f"{ring.argument}[{i}]" for ring in self._rings for i in range(len(ring.corners))]
         starts, ends = (np.concatenate([getattr(r, name) for r in self._rings]) for name in ("corners", "ends"))
         near = COINCIDE * self.size
         same = np.argwhere(np.triu(cdist(starts, starts) <= near, 1))
         for i, j in same:
             at = "({:.4g}, {:.4g}) m".format(*starts[i])
-            raise ValueError(f"{called[i]} and {called[j]} coincide at {at}; give each corner once")
+            raise ValueError(f"{called[i]}, {called[j]}: must not coincide; both are at {at}")
         for i, corner in enumerate(starts):
             others = (starts != corner).any(axis=1) & (ends != corner).any(axis=1)
             for j in np.flatnonzero(others & (distances(starts, ends, corner) <= near)):
-                raise ValueError(f"{called[i]}: lies on the side from {called[j]}; sides must not touch")
+                raise ValueError(f"{called[i]}: must not lie on the side from {called[j]}")
 
         def side(a: Vector, b: Vector, c: Vector) -> Vector:
             """Return the side of the line from a to b on which c lies."""
@@ -196,7 +196,7 @@ class Outline:
         a, b, c, d = starts[:, None], ends[:, None], starts[None], ends[None]
         crossed = (side(a, b, c) * side(a, b, d) < 0.0) & (side(c, d, a) * side(c, d, b) < 0.0)
         for i, j in np.argwhere(crossed):
-            raise ValueError(f"{called[i]}: the side from this corner meets that from {called[j]}; must not cross")
+            raise ValueError(f"{called[i]}: the side from this corner must not cross that from {called[j]}")
 
 
 def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> tuple[Place, ...]:
@@ -230,7 +230,7 @@ def _corners(name: str, corners: Any) -> tuple[Place, ...]:
     if not several(corners) or len(corners) < 3:
         raise ValueError(f"{name} = {short(corners)}: must be three corners (x, y) in m, or more")
     if len(corners) > MOST_CORNERS:
-        raise ValueError(f"{name}: {len(corners)} corners, must be at most {MOST_CORNERS}")
+        raise ValueError(f"{name}: must have at most {MOST_CORNERS} corners, not {len(corners)}")
     return tuple(coordinates(f"{name}[{i}]", corner) for i, corner in enumerate(corners))  # type: ignore[misc]
 
 
@@ -241,14 +241,14 @@ def _names(edges: Any, count: int) -> tuple[str, ...]:
     if not names:
         return tuple(f"side {i + 1}" for i in range(count))
     if len(names) != count:
-        raise ValueError(f"edges = {edges!r}: must be one name, or {count}, as many as there are corners")
+        raise ValueError(f"edges = {edges!r}: must be one name, or {count} names, one for each corner")
     return tuple(instance(f"edges[{i}]", name, str, "a name") for i, name in enumerate(names))
 
 
 def _triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[Place], cells: Cells) -> PlateMesh:
-    """Return the mesh of the first ring less the others, and its edges by name.
+    """Return the mesh of the first ring without the others, with its edges by name.
 
-    fine: places (x, y), m, at which cells are finest. corners: those of them that are corners of the mesh.
+    fine: places (x, y), m, at which cells are finest. corners: the places that are corners of the mesh.
     """
     with gmsh_model(OPTIONS) as gmsh:
         lines: dict[Tag, list[int]] = {}
@@ -265,7 +265,7 @@ def _triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[P
         for contact in contacts:
             gmsh.model.mesh.embed(0, [contact], 2, surface)
 
-        # Sizes grow with the distance from the nearest of the fine places; they are the finest where there is none.
+        # Sizes grow with the distance from the nearest fine place; without such a place, all cells are the finest.
         field = gmsh.model.mesh.field.add("MathEval")
         away = [f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)" for x, y in fine]
         nearest = reduce(lambda nearer, other: f"Min({nearer},{other})", away or ["0"])
@@ -281,7 +281,7 @@ def _triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[P
             for name, sides in lines.items()
         }
 
-    # Without the points that belong to no triangle.
+    # Points that do not belong to a triangle are left out.
     used = np.unique(triangles)
     number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     number[used] = np.arange(used.size)

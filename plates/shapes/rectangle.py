@@ -1,4 +1,4 @@
-"""Rectangles: cells in rows and columns, fine at the contacts; only one half where both are equal."""
+"""Rectangles: cells in rows and columns, fine at the contacts; only one half if both halves are equal."""
 
 from dataclasses import dataclass
 from math import isclose, pi
@@ -17,7 +17,7 @@ SIDES = ("left", "right", "bottom", "top")  # Names of the edges of a rectangle
 
 @dataclass(frozen=True)
 class Rectangle:
-    """Length along x and width along y, m; x runs from left to right, y from bottom to top, from the corner (0, 0).
+    """Length along x and width along y, m. x runs from left to right, y from bottom to top, from the corner (0, 0).
 
     cells: numbers along x and y of a uniform mesh that all contacts share; None for a mesh graded towards the contacts.
     """
@@ -44,9 +44,9 @@ class Rectangle:
         return np.array([pi / 2.0 if name in ("left", "right") else 0.0])
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """Return the mesh of the plate, or of its half or quarter where the contacts lie on lines of symmetry.
+        """Return the mesh of the plate, or of a half or a quarter if the contacts lie on lines of symmetry.
 
-        Raises ValueError for a contact outside.
+        Raise a ValueError for a contact outside.
         """
         sides = (self.length, self.width)
         at: list[list[float]] = [np.atleast_1d(np.asarray(values, dtype=float)).tolist() for values in (x, y)]

@@ -1,4 +1,4 @@
-"""What shapes of plates share: a mesh with named edges, the sizes of its cells, and graded lines of nodes."""
+"""Common parts of shapes of plates: a mesh with named edges, sizes of cells, and graded lines of nodes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +12,11 @@ from structures.fineness import fineness
 from structures.meshes.mesh_reading import Groups
 from structures.structure import Vector
 
-MIRROR = "middle"  # Name of the edges where a mesh ends because the other half of the plate is its mirror image
+MIRROR = "middle"  # Name of the edges beyond which the plate is the mirror image of the mesh
 
 
 class PlateMesh(NamedTuple):
-    """A mesh of scikit-fem in m, and the facets of its edges by name."""
+    """A scikit-fem mesh in m, and the facets of its edges by name."""
 
     mesh: Any
     edges: Groups
@@ -24,13 +24,13 @@ class PlateMesh(NamedTuple):
 
 @dataclass(frozen=True)
 class Cells:
-    """The properties of a mesh that a plate asks for.
+    """The properties of a mesh that a plate requires.
 
     finest, coarsest: sizes of cells at the contacts and far away, m. growth: increase of the size per distance from the
-    contacts. geometric: each cell is exactly 1 + growth times its neighbour nearer to the contact (nodes of beams).
-    lines: places along x and along y, m, where cells should end. halved: whether the left and right half, and the
-    bottom and top half, of a rectangle are equal, so that one of them may be meshed. Shapes without rows of cells
-    ignore the last three.
+    contacts. geometric: each cell is exactly 1 + growth times its neighbour nearer to the contact (for beams). lines:
+    places along x and along y, m, where cells should end. halved: whether the left and right halves, and the bottom and
+    top halves, of a rectangle are equal, so that one of them is meshed. Shapes without rows of cells ignore the last
+    three.
     """
 
     finest: float
@@ -47,25 +47,24 @@ class Cells:
         return replace(self, finest=self.finest / parts, growth=growth, coarsest=self.coarsest / parts)
 
 
-# Lines nearer to each other than this part of the finest cell are merged. Cells of a thousandth of it cost six digits
-# of the solution, of a hundred-thousandth all.
+# Lines that are closer than this fraction of the finest cell are merged. Cells of a thousandth of its size cost six
+# digits of the solution, cells of a hundred-thousandth all digits.
 SAME = 1e-2
-ROUNDING = 1e-9  # Cells by which a count may exceed a whole number without another cell being added
-SAMPLES = 200  # Points per cell at which ∫ dx/size is inverted by interpolation
+ROUNDING = 1e-9  # A count of cells may exceed a whole number by this without another cell
+SAMPLES = 200  # Points per cell for the inversion of ∫ dx/size by interpolation
 
 
 def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequence[float] = ()) -> Vector:
-    """Return the ascending nodes from 0 to `side`, m: about the wanted size apart, which grows with the distance from
-    the nearest position.
+    """Return ascending nodes from 0 to `side`, m, with sizes that grow with the distance from the nearest position.
 
-    There is a node at each position, halfway between neighbours, and at the lines, as far as they lie within. Where
-    these cut a stretch short, all its cells shrink by the same factor.
+    There are nodes at the positions, halfway between neighbouring positions, and at the lines, if these lie within. All
+    cells between two of them shrink by the same factor, so that a whole number of cells fits.
     """
     middles = [0.5 * (low + high) for low, high in pairwise(sorted(positions))]
     stops = np.unique(np.concatenate([[0.0, *positions, *middles, side], np.asarray(lines, dtype=float)]))
     stops = stops[(stops >= 0.0) & (stops <= side)]
     stops = stops[np.append(True, np.diff(stops) > SAME * cells.finest)]
-    stops[-1] = side  # perhaps merged with its neighbour
+    stops[-1] = side  # it may have been merged with its neighbour
 
     part = _geometric if cells.geometric else _smooth
     nodes = [0.0]
@@ -76,18 +75,18 @@ def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequenc
 
 
 def _geometric(start: float, end: float, position: float, cells: Cells) -> Vector:
-    """Nodes from start to end; each cell is 1 + growth times its neighbour nearer to the position, up to the coarsest.
+    """Return nodes from start to end; a cell is 1 + growth times its neighbour nearer to the position, up to coarsest.
 
-    All cells shrink by the same share of a cell, so that a whole number of them fits.
+    All cells shrink by the same share of a cell, so that a whole number of cells fits.
     """
     direction = 1.0 if start + end >= 2.0 * position else -1.0
     near, far = sorted((max(0.0, direction * (start - position)), max(0.0, direction * (end - position))))
-    # Cells that grow before they are the coarsest, and how far these reach.
+    # The number of cells that grow before they are the coarsest, and their extent.
     ratio, finest, coarsest = 1.0 + cells.growth, cells.finest, cells.coarsest
     growing, reach = log(coarsest / finest) / log(ratio), (coarsest - finest) / cells.growth
 
     def count(distance: float) -> float:
-        """Return how many cells, parts of them included, lie within a distance of the position."""
+        """Return the number of cells, including fractions, within a distance of the position."""
         if distance <= reach:
             return log(1.0 + distance * cells.growth / finest) / log(ratio)
         return growing + (distance - reach) / coarsest
@@ -100,11 +99,11 @@ def _geometric(start: float, end: float, position: float, cells: Cells) -> Vecto
 
 
 def _smooth(start: float, end: float, position: float, cells: Cells) -> Vector:
-    """Nodes from start to end at equal steps of ∫ dx/size, where size = finest + growth · distance, up to coarsest."""
+    """Return nodes at equal steps of ∫ dx/size, with size = finest + growth · distance, up to coarsest."""
     near, far = sorted((abs(start - position), abs(end - position)))
 
     def passed(distance: Vector) -> Vector:
-        """Return ∫ dx/size from the position on."""
+        """Return ∫ dx/size from the position to a distance."""
         finest, coarsest, growth = cells.finest, cells.coarsest, cells.growth
         growing = min((coarsest - finest) / growth, far) if coarsest > finest else 0.0
         inner = np.log1p(np.minimum(distance, growing) * growth / finest) / growth

@@ -1,1 +1,1 @@
-"""Elastic bodies: rods, layered cylinders, solids, half-spaces; each becomes a structure."""
+"""Elastic bodies: rods, layered cylinders, solids, half-spaces. Each builder returns a Structure."""

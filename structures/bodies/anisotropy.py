@@ -8,11 +8,11 @@ from numpy.typing import ArrayLike
 from structures.linear_algebra.factor import numbers
 from structures.structure import Vector
 
-# Number of lines in the surface, and of directions around each line, over which is integrated. The error decreases
-# exponentially: with 60 it is below 1e-8 for a carbon ply, whose moduli differ by a factor of 15.
+# The integrals run over this number of lines in the surface, and of directions around each line. The error decreases
+# exponentially with the number: with 60 it is below 1e-8 for a carbon ply, whose moduli differ by a factor of 15.
 INTEGRATION_DIRECTIONS = 96
 
-# Voigt's index, 0 to 5 for 11, 22, 33, 23, 13, 12, of each pair of axes
+# Voigt's index of each pair of axes: 0 to 5 for 11, 22, 33, 23, 13, 12
 VOIGT_INDEX = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
 
@@ -46,21 +46,21 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     for (i, j), ratio in zip(((1, 2), (0, 2), (0, 1)), nu, strict=True):
         compliance[i, j] = compliance[j, i] = -ratio / e[i]
     if np.linalg.eigvalsh(compliance).min() <= 0.0:
-        raise ValueError(f"poisson_ratios = {tuple(nu.tolist())}: too large for the moduli, no solid has them")
+        raise ValueError(f"poisson_ratios = {tuple(nu.tolist())}: must be smaller for these moduli")
     return np.linalg.inv(compliance)
 
 
 def indentation_modulus(stiffness: ArrayLike) -> float:
-    """Return the modulus of an anisotropic half-space in Hertz's law; for an isotropic one it is E/(1 − ν²).
+    """Return the modulus of an anisotropic half-space for Hertz's law; an isotropic half-space has E/(1 − ν²).
 
-    A normal point force F moves the surface by h(θ) F/r, h = (L⁻¹)₃₃/2π, with the Barnett-Lothe tensor L of the line in
-    direction θ; the modulus is 1/π over the mean of h. It is exact for a circular contact area (Vlassak and Nix,
-    Philos. Mag. A 67 (1993) 1045); for plies of carbon or glass in epoxy the force is up to 0.6 % larger.
+    A normal point force F moves the surface by h(θ) F/r with h = (L⁻¹)₃₃/2π, where L is the Barnett-Lothe tensor of the
+    line in direction θ. With the mean of h the modulus is 1/(π h). It is exact for a circular contact area (Vlassak and
+    Nix, Philos. Mag. A 67 (1993) 1045). For plies of carbon or glass in epoxy the force is up to 0.6 % larger.
 
     Parameters
     ----------
     stiffness : array_like
-        Elastic constants, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12. Axis 3 is the normal.
+        Elastic constants, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12. Axis 3 is the surface normal.
 
     Returns
     -------

@@ -9,11 +9,12 @@ from typing import Annotated
 import numpy as np
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 
-from structures.bodies.elastic_field import elastic_field
+from structures.bodies.elastic_field import ElasticSampler
 from structures.bodies.elasticity import body_matrices, patch_compliance, patch_vector, shear_speed
 from structures.bodies.rod import Layer, Layers
 from structures.checks import listed
 from structures.described import described_as
+from structures.field import Field
 from structures.fineness import HIGHEST_FREQUENCY, fineness
 from structures.quantities import Count, Frequency, Length, OneOf
 from structures.structure import Structure, Vector
@@ -40,17 +41,17 @@ def layered_cylinder(
     Parameters
     ----------
     layers : list of Layer
-        The layers from the contact on, as in `rod`; all have the same radius.
+        The layers as in `rod`, the struck one first; all have the same radius.
     base : {"fixed", "free"}
-        What holds the far end.
+        The support of the far end.
     patch_radius : float, optional
-        Radius a of the circle over which the force is spread evenly, m, wider than the contact; by default an eighth of
-        the shortest of radius, first layer and shear wavelength. The displacement of the contact is the circle's mean,
-        without that of a half-space, which Hertz's law contains.
+        Radius a of the circle over which the force is spread evenly, m; it must be wider than the contact. The default
+        is an eighth of the smallest of the radius, the length of the first layer and the shear wavelength. The
+        displacement of the contact is the circle's mean, minus that of a half-space, which Hertz's law contains.
     highest_frequency : float
         Hz. The mesh resolves shear waves up to this frequency.
     cells : int
-        Number of elements across the radius of the patch, and in the shortest shear wavelength.
+        Number of elements across the radius of the patch, and per shortest shear wavelength.
 
     Returns
     -------
@@ -60,7 +61,7 @@ def layered_cylinder(
     Notes
     -----
     Half or twice the patch radius changes amplitude ratios by less than 0.2 % (steel, PTFE, steel on PTFE), also with a
-    dashpot at the contact. Twice as many cells change the ratio of the primary wave by less than 0.05 %.
+    dashpot at the contact. Doubling `cells` changes the ratio of the primary wave by less than 0.05 %.
 
     Examples
     --------
@@ -71,7 +72,7 @@ def layered_cylinder(
     stack = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     materials, radii, first = [layer.material for layer in stack], [layer.radius for layer in stack], stack[0]
     if not all(isclose(radius, first.radius) for radius in radii):
-        raise ValueError(f"layers: have radii {radii} m; a cylinder must have one radius, rod() accepts several")
+        raise ValueError(f"layers: have radii {radii} m; a cylinder must have one radius; rod() accepts several")
     coarsest = [shear_speed(material) / highest_frequency / cells for material in materials]
     if patch_radius is None:
         patch = min(first.radius, first.length, shear_speed(first.material) / highest_frequency) / 8.0
@@ -103,22 +104,22 @@ def layered_cylinder(
         -patch_compliance(first.material, patch),
         Surface(first.material),
         {"patch_radius": patch},
-        field=elastic_field(mesh, ElementQuad2, INTEGRATION_ORDER, free, materials, owner),
+        field=Field(partial(ElasticSampler, mesh, ElementQuad2, INTEGRATION_ORDER, free, materials, owner), free.size),
     )
     return made.made_by(partial(layered_cylinder, layers, base, patch_radius, highest_frequency, cells))
 
 
 def _nodes(depths: Vector, radius: float, patch: float, coarsest: list[float], cells: int) -> tuple[Vector, Vector]:
-    """Return the nodes in r and in z, m; depths: of the faces of the layers. coarsest: the largest cells of each."""
+    """Return the nodes in r and in z, m; depths: of the faces of the layers. coarsest: largest cell of each layer."""
 
     def about_patch(beyond: Vector) -> Vector:
-        """Size of cells at a distance beyond the patch's edge (negative inside)."""
-        # At the edge the pressure drops to zero: without cells a quarter as large its compliance is 0.2 % off.
+        """Size of cells at a distance beyond the edge of the patch (negative inside)."""
+        # The pressure drops to zero at the edge: without smaller cells there the compliance is 0.2 % off.
         return np.minimum(patch + 1.2 * np.maximum(beyond, 0.0), patch / 4.0 + 2.0 * np.abs(beyond)) / cells
 
     def about_corner(beyond: Vector) -> Vector:
         """Size of cells at a distance from the rim, an interface or the base."""
-        # Stresses have no bound in the corners of bonded materials (Williams, J. Appl. Mech. 19 (1952) 526): cells 16
+        # Stresses are singular in the corners of bonded materials (Williams, J. Appl. Mech. 19 (1952) 526): cells 16
         # times as large there make steel on a short layer of PTFE 3.6 % too stiff.
         return (radius / 16.0 + 2.0 * np.abs(beyond)) / cells
 
@@ -154,4 +155,4 @@ def _graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vecto
 
 def _check_size(cells: float) -> None:
     if not cells <= MOST_CELLS:
-        raise ValueError(f"patch_radius, highest_frequency, cells: need {cells:.3g} elements; at most {MOST_CELLS} fit")
+        raise ValueError(f"patch_radius, highest_frequency, cells: make {cells:.3g} elements; at most {MOST_CELLS} fit")

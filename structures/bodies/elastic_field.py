@@ -1,7 +1,6 @@
-"""Displacement and stress of elastic solids from their degrees of freedom: bodies of revolution, and 3-D ones."""
+"""Displacement and stress of elastic solids from their degrees of freedom: bodies of revolution and 3-D bodies."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,12 +10,11 @@ from skfem import Basis, ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, E
 from skfem.assembly import Dofs
 
 from structures.bodies.elasticity import first_lame_parameter, part_stiffnesses, shear_modulus
-from structures.field import Field, Grid, Numbers, Whole
+from structures.field import Grid, Numbers, Whole
 from structures.material import Material
 
-# Two points along each side of a quadratic cell (four in a tetrahedron). Stress is more accurate there by one order
-# than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and no point lies on the axis, where u_r/r is
-# singular.
+# Two points along each side of a quadratic cell (four in a tetrahedron). Stress is one order more accurate there than
+# elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and no point lies on the axis, where u_r/r is singular.
 GAUSS_ORDER = 2
 
 # For each element of the displacement: the element of its stress, one order lower, and meshio's name of the cell
@@ -39,21 +37,13 @@ MIRRORED_CELLS: dict[str, tuple[tuple[int, ...], tuple[int, int, int]]] = {
 VTK_STRESS_INDEX = {(0, 0): 0, (1, 1): 1, (2, 2): 2, (0, 1): 3, (1, 2): 4, (0, 2): 5}
 
 
-def elastic_field(
-    mesh: Any, element: type, order: int, kept: NDArray[Any], materials: Sequence[Material], owner: Whole
-) -> Field:
-    """Return the field of a body of quadratic elements; a plane mesh is the half-plane (r, z), z into the body.
-
-    element: of one component of the displacement. order: of the integration of its stiffness. kept: the degrees of
-    freedom that the structure has. owner: the index of the material of each cell.
-    """
-    return Field(partial(ElasticSampler, mesh, element, order, kept, tuple(materials), owner), int(kept.size))
-
-
 class ElasticSampler:
-    """Displacement and stress at the nodes of the elements, each of which appears for each material that meets there.
+    """Displacement and stress at the nodes of quadratic elements; a plane mesh is the half-plane (r, z), z inwards.
 
-    Stress is extrapolated from the Gauss points to the nodes of each cell, and averaged over the cells of one material.
+    A node where materials meet appears once for each material. Stress is extrapolated from the Gauss points to the
+    nodes of each cell, and averaged over the cells of one material. element: the element of one displacement component.
+    order: the integration order of the stiffness. kept: the degrees of freedom that the structure has. owner: the index
+    of the material of each cell.
     """
 
     def __init__(
@@ -78,7 +68,7 @@ class ElasticSampler:
         vtk = HEX_MAPPING if kind == "hexahedron27" else slice(None)
         self.point_dofs = self.dofs.reshape(-1, mesh.dim())[first]
         points = self._in_space(places[first])
-        self._grid = Grid(points, _upright(points, number[:, vtk], kind), kind, owner, self.revolution)
+        self.grid = Grid(points, _upright(points, number[:, vtk], kind), kind, owner, self.revolution)
 
         # The matrix that extrapolates stress from the Gauss points to the nodes.
         self.gauss = Basis(mesh, ElementVector(element()), intorder=GAUSS_ORDER)
@@ -88,11 +78,6 @@ class ElasticSampler:
         columns = np.broadcast_to(np.arange(cells * gauss).reshape(cells, 1, gauss), rows.shape)
         weights = carry / np.bincount(number.ravel())[number][:, :, None]
         self.mean = sparse.csr_array(sparse.coo_array((weights.ravel(), (rows.ravel(), columns.ravel()))))
-
-    @property
-    def grid(self) -> Grid:
-        """Nodes and cells."""
-        return self._grid
 
     def displacement(self, u: Numbers) -> Numbers:
         """Return the displacement at the nodes, p × 3, m."""
@@ -104,7 +89,7 @@ class ElasticSampler:
         gradient = np.moveaxis(np.asarray(moved.grad), (0, 1), (2, 3))
         strain = np.zeros((*gradient.shape[:2], 3, 3))
         if self.revolution:
-            # In the plane z points into the body, in space out of it; r, hoop, z take the places of x, y, z.
+            # In the mesh z points into the body, in space out of it. r, hoop and z take the places of x, y and z.
             turned = np.array([1.0, -1.0])
             strain[:, :, ::2, ::2] = gradient * turned[:, None] * turned
             strain[:, :, 1, 1] = np.asarray(moved)[0] / np.asarray(self.gauss.global_coordinates())[0]
@@ -124,20 +109,20 @@ class ElasticSampler:
         return [part[self.kept][:, self.kept] for part in parts]
 
     def _full(self, u: Numbers) -> Numbers:
-        """Return all degrees of freedom, with zeros for those that the supports hold."""
+        """Return all degrees of freedom, with zeros for those that supports hold."""
         full = np.zeros(self.size)
         full[self.kept] = u
         return full
 
     def _in_space(self, vectors: Numbers) -> Numbers:
-        """Return the vectors of space from those of the mesh: (r, z) becomes (r, 0, −z)."""
+        """Return vectors in space from vectors in the mesh: (r, z) becomes (r, 0, −z)."""
         if not self.revolution:
             return vectors
         return np.column_stack([vectors[:, 0], np.zeros(len(vectors)), -vectors[:, 1]])
 
 
 def _values(element: type, places: Numbers) -> Numbers:
-    """Return the shape functions of a linear element at places of the reference cell, shapes × places."""
+    """Return the shape functions of a linear element at points of the reference cell, functions × points."""
     functions = element()
     return np.stack(
         [functions.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(functions.doflocs.shape[0])]
@@ -145,7 +130,7 @@ def _values(element: type, places: Numbers) -> Numbers:
 
 
 def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:
-    """Return the cells, with those that are inside out turned round."""
+    """Return the cells; those that are inside out are mirrored."""
     if kind not in MIRRORED_CELLS:
         return cells
     order, next_corners = MIRRORED_CELLS[kind]

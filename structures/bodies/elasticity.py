@@ -1,7 +1,7 @@
 """Linear elasticity of solids: mass and stiffness, and the loaded patch.
 
 All functions take a scikit-fem basis of a vector element in space, or in the half-plane (r, z) of a body of revolution.
-There every integral has the weight 2π r, and the hoop strain u_r/r is added.
+In the half-plane every integral has the weight 2π r, and the hoop strain u_r/r is added.
 """
 
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ def patch_compliance(material: Material, radius: float) -> float:
 
 
 def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Return the consistent mass, kg, and stiffness, N/m; owner: for each cell, the index of its material."""
+    """Return the consistent mass, kg, and stiffness, N/m; owner: the index of the material of each cell."""
     density, lame, shear = (
         np.array([of(material) for material in materials])[owner]
         for of in (attrgetter("density"), first_lame_parameter, shear_modulus)
@@ -70,13 +70,13 @@ def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) ->
 
 
 class _Cells:
-    """Integrals over all cells at once, two to five times as fast as by pairs of shape functions, as in scikit-fem."""
+    """Integrals over all cells at once: two to five times as fast as scikit-fem's loop over pairs of functions."""
 
     def __init__(self, basis: Any) -> None:
         self.basis, self.dim = basis, basis.mesh.dim()
         # A cell's degrees of freedom: all components of its first shape function, then all of its second, ...
         functions = [function[0] for function in basis.basis[:: self.dim]]
-        # Cells × functions × integration points; of the gradients, `dim` for each function.
+        # Cells × functions × integration points; the gradients have `dim` rows for each function.
         self.values = np.stack([np.asarray(function)[0] for function in functions], axis=1)
         slopes = np.stack([function.grad[0] for function in functions]).transpose(2, 0, 1, 3)
         self.slopes = slopes.reshape(len(slopes), -1, slopes.shape[-1])
@@ -95,7 +95,7 @@ class _Cells:
         shape = len(lame), count, self.dim, count, self.dim
         products = dilations = self._integrals(self.slopes).reshape(shape)
         traces = np.trace(products, axis1=2, axis2=4)[:, :, None, :, None]
-        # 2 ε(u) : ε(v) of u = φ along i and v = ψ along j: ∂ⱼφ ∂ᵢψ, and ∇φ · ∇ψ where i = j.
+        # 2 ε(u) : ε(v) for u = φ along i and v = ψ along j is ∂ⱼφ ∂ᵢψ, plus ∇φ · ∇ψ if i = j.
         strains = products.transpose(0, 1, 4, 3, 2) + traces * np.eye(self.dim)[:, None, :]
         if self.hoops is not None:
             widened = self.slopes.copy()
@@ -106,7 +106,7 @@ class _Cells:
         return self._assembled(lame[each] * dilations + shear[each] * strains)
 
     def _integrals(self, functions: Vector) -> Vector:
-        """Return the integrals of the products of all pairs, cells × functions × functions."""
+        """Return the integrals of the products of all pairs of functions, cells × functions × functions."""
         return np.asarray((self.weight * functions) @ functions.transpose(0, 2, 1))
 
     def _assembled(self, blocks: Vector) -> sparse.csr_array:
@@ -116,13 +116,13 @@ class _Cells:
 
 
 def patch_vector(faces: Any) -> Vector:
-    """Return b, n numbers, which spreads a unit force evenly over the facets, into the body, and reads their mean."""
+    """Return b, n numbers, which spreads a unit force evenly over facets and reads their mean inward displacement."""
     area = float((faces.dx * _circumference(faces.global_coordinates())).sum())
     return np.asarray(_inward.assemble(faces)) / area
 
 
 def _circumference(x: Any) -> Any:
-    """Return the factor from an integral over the mesh to one over the body: 2π r in a half-plane."""
+    """Return the factor between an integral over the mesh and one over the body: 2π r in a half-plane."""
     return 2.0 * pi * x[0] if x.shape[0] == 2 else np.ones_like(x[0])
 
 

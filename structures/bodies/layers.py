@@ -1,21 +1,17 @@
 """Closed forms for impact on elastic bodies: one bead, or a chain, on a half-space, a rod, or two layers. SI units.
 
-The last bead stands for the whole chain (Khatri's thesis, section 6.1), without loss, gravity or preload:
-docs/theory.md says how far chains differ. Functions take numbers or arrays, which broadcast, and return the same kind.
+The last bead stands for the whole chain (Khatri's thesis, section 6.1), without losses, gravity or preload;
+docs/theory.md compares the forms with chains. Functions take numbers or arrays, which broadcast, and return the same.
 """
 
-from collections.abc import Callable
-from functools import wraps
-from inspect import signature
 from math import gamma, pi, sqrt
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from structures.checks import each, not_negative, positive, within
+from structures.checks import each, not_negative, plain, positive, within
 from structures.structure import Vector
 
-Form = TypeVar("Form", bound=Callable[..., Any])
 Number: TypeAlias = float | Vector
 
 # 3.2180655: duration of Hertz's collision in units of (m²/k²v)^{1/5}; the thesis prints 3.218
@@ -25,38 +21,14 @@ HERTZ_COLLISION = 2.0 * 1.25**0.4 * sqrt(pi) * gamma(1.4) / gamma(0.9)
 # (equations 6.12 and 6.16). The thesis prints 1.180, twice this value as 2.361, and half of 2.361 as 1.181.
 BEAD_TRANSIT = (25.0 / 16.0 / 0.682) ** 0.2
 
-UNITS = {
-    "mass": "kg", "upper_mass": "kg", "lower_mass": "kg", "speed": "m/s", "striker_speed": "m/s",
-    "stiffness": "N/m^1.5", "chain_stiffness": "N/m^1.5", "wall_stiffness": "N/m^1.5", "lower_stiffness": "N/m",
-}  # fmt: skip
 
-# The checks of arguments that need not be positive, or have an upper limit
-OTHER_RANGES = {"lower_mass": not_negative, "restitution": lambda name, value, _: within(name, value, 0.0, 1.0)}
-
-
-def closed_form(function: Form) -> Form:
-    """Return a function that checks its arguments, and whose result is a float where all of them are numbers."""
-    parameters = signature(function)
-
-    @wraps(function)
-    def of_numbers(*arguments: Any, **named: Any) -> Any:
-        bound = parameters.bind(*arguments, **named)
-        for name, value in bound.arguments.items():
-            bound.arguments[name] = each(OTHER_RANGES.get(name, positive), name, value, UNITS.get(name, ""))
-        result = function(*bound.args, **bound.kwargs)
-        return float(result) if np.ndim(result) == 0 else result
-
-    return of_numbers  # type: ignore[return-value]
-
-
-@closed_form
 def contact_time(mass: Number, stiffness: Number, speed: float) -> Any:
     """Time in contact T = 3.218 (m²/k²v)^{1/5} of a mass that hits a Hertzian contact (Tillett; equation 6.8).
 
     Parameters
     ----------
     mass, stiffness, speed : float or ndarray
-        Mass m, kg (of two free bodies m₁m₂/(m₁ + m₂)); k of Hertz's law, N/m^1.5; approach speed v, m/s.
+        Mass m, kg (for two free bodies m₁m₂/(m₁ + m₂)); k of Hertz's law, N/m^1.5; approach speed v, m/s.
 
     Returns
     -------
@@ -68,10 +40,10 @@ def contact_time(mass: Number, stiffness: Number, speed: float) -> Any:
     >>> round(hl.theory.hertz_contact_time(mass=3.5e-3, stiffness=9.8e9, speed=0.44) * 1e6, 1)
     39.8
     """
-    return HERTZ_COLLISION * (mass / stiffness) ** 0.4 / speed**0.2
+    m, k = each(positive, "mass", mass, "kg"), each(positive, "stiffness", stiffness, "N/m^1.5")
+    return plain(HERTZ_COLLISION * (m / k) ** 0.4 / each(positive, "speed", speed, "m/s") ** 0.2)
 
 
-@closed_form
 def time_of_flight(
     beads: float,
     mass: float,
@@ -91,7 +63,7 @@ def time_of_flight(
     chain_stiffness, wall_stiffness : float or ndarray
         Stiffness of Hertz's law, N/m^1.5, between two beads (k_c), and between the last one and the structure (k_w).
     striker_speed : float
-        Speed v, m/s, of a striker that equals the beads.
+        Speed v of a striker that equals the beads, m/s.
     restitution : float or ndarray
         e = (V_ref/V_in)⁵ of the structure, in (0, 1], where V is a wave speed.
 
@@ -105,16 +77,19 @@ def time_of_flight(
     >>> round(hl.theory.primary_time_of_flight(13, 3.5e-3, 7.06e9, 9.8e9, striker_speed=hl.drop_speed(0.01)) * 1e6)
     472
     """
-    transits = BEAD_TRANSIT * beads * (1.0 + restitution**-0.2)
-    flight = (HERTZ_COLLISION * wall_stiffness**-0.4 + transits * chain_stiffness**-0.4) * mass**0.4
-    return flight / striker_speed**0.2
+    number, m = each(positive, "beads", beads), each(positive, "mass", mass, "kg")
+    k_c = each(positive, "chain_stiffness", chain_stiffness, "N/m^1.5")
+    k_w = each(positive, "wall_stiffness", wall_stiffness, "N/m^1.5")
+    v = each(positive, "striker_speed", striker_speed, "m/s")
+    e = each(lambda name, value, _: within(name, value, 0.0, 1.0), "restitution", restitution)
+    transits = BEAD_TRANSIT * number * (1.0 + e**-0.2)
+    return plain((HERTZ_COLLISION * k_w**-0.4 + transits * k_c**-0.4) * m**0.4 / v**0.2)
 
 
 # A stiff upper layer on a soft lower layer (section 6.1.3). While the wave is at the structure, the upper layer moves
-# as a free rigid mass. The lower layer is a spring.
+# as a free rigid mass. The lower layer acts as a spring.
 
 
-@closed_form
 def restitution(mass: float, upper_mass: Number) -> Any:
     """Restitution e = (M_u − m)/(M_u + m) of a bead that hits a heavier free mass (equations 6.25 and 6.26).
 
@@ -133,17 +108,16 @@ def restitution(mass: float, upper_mass: Number) -> Any:
     >>> hl.theory.layer_restitution(mass=0.01, upper_mass=0.04)
     0.6
     """
-    least = float(np.min(upper_mass - mass, initial=np.inf))
-    if least <= 0.0:
-        raise ValueError(f"upper_mass = {np.min(upper_mass)}: must be greater than mass = {mass}")
-    return (upper_mass - mass) / (upper_mass + mass)
+    m, upper = each(positive, "mass", mass, "kg"), each(positive, "upper_mass", upper_mass, "kg")
+    if np.min(upper - m, initial=np.inf) <= 0.0:
+        raise ValueError(f"upper_mass = {np.min(upper)}: must be greater than mass = {m}")
+    return plain((upper - m) / (upper + m))
 
 
-@closed_form
 def secondary_delay(upper_mass: Number, lower_mass: Number, lower_stiffness: Number) -> Any:
     """Time T_l = π √((M_u + M_l/3)/k_d) by which the secondary wave of two layers follows the primary one.
 
-    Half a period of the upper layer on the lower one; the thesis leaves M_l out (equations 6.32 to 6.34).
+    It is half a period of the upper layer on the lower one. The thesis neglects M_l (equations 6.32 to 6.34).
 
     Parameters
     ----------
@@ -162,4 +136,5 @@ def secondary_delay(upper_mass: Number, lower_mass: Number, lower_stiffness: Num
     >>> round(hl.theory.secondary_delay(upper_mass=14e-3, lower_mass=16e-3, lower_stiffness=17e6) * 1e6, 1)
     105.9
     """
-    return pi * np.sqrt((upper_mass + lower_mass / 3.0) / lower_stiffness)
+    upper, lower = each(positive, "upper_mass", upper_mass, "kg"), each(not_negative, "lower_mass", lower_mass, "kg")
+    return plain(pi * np.sqrt((upper + lower / 3.0) / each(positive, "lower_stiffness", lower_stiffness, "N/m")))

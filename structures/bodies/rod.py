@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import listed
-from structures.described import checked_call, described
+from structures.described import described
 from structures.fineness import fineness
 from structures.linear_algebra.factor import sum_of_cells
 from structures.material import Material
@@ -18,10 +18,10 @@ from structures.quantities import Asks, Count, OneOf, Side, Thickness
 from structures.structure import Structure
 from structures.surface import Surface
 
-MOST_ELEMENTS = 100_000  # In a whole rod: beyond it a wrong unit is more likely than a real need
+MOST_ELEMENTS = 100_000  # In a whole rod. A wrong unit is a more likely reason for more elements than a real need.
 
+# Axial stiffness and mass of a quadratic element of unit length, for its two ends and its middle
 STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) / 3.0
-# Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle
 INERTIA = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30.0
 
 Base = Annotated[str, OneOf("fixed", "free", "absorbing", "contact")]
@@ -50,7 +50,7 @@ class Layer:
     radius: Thickness
 
     def __post_init__(self) -> None:
-        if self.radius > 5.0:  # the sides of a larger body do not influence beads
+        if self.radius > 5.0:  # the sides of a larger body have no influence on beads
             raise ValueError(f"radius = {self.radius!r}: must be at most 5 m; is it in millimetres?")
 
     @property
@@ -79,17 +79,17 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
         The far end. "free": the rod can fly off; under gravity it is held until the wave arrives. "absorbing": a
         dashpot ρ c A lets waves leave. "contact": a free rod with a second contact, on the face of the last layer.
     elements : int, optional
-        Elements in each layer. By default a wave needs 1 µs to cross one, less for contacts below 10 µs.
+        Number of elements in each layer. By default a wave crosses one in 1 µs, or less for contacts below 10 µs.
 
     Returns
     -------
     Structure
-        The rod, one degree of freedom for each node.
+        The rod, with one degree of freedom for each node.
 
     Notes
     -----
-    The contact also deforms the sides of a soft or slender rod, which `layered_cylinder` models: the amplitude ratios
-    of the two differ by 0.03 % for steel and 1 % for PTFE at a radius of 9.5 mm, and by 0.1 % and 5 % at 5 mm. A thin
+    The contact also deforms the sides of a soft or slender rod. `layered_cylinder` models this: the amplitude ratios of
+    the two differ by 0.03 % for steel and 1 % for PTFE at a radius of 9.5 mm, and by 0.1 % and 5 % at 5 mm. A thin,
     stiff layer on a soft one bends: AR of 6.35, 3, 2 and 1 mm of steel on PTFE differs by 0.01, 0.02, 0.03 and 0.16.
 
     Examples
@@ -99,7 +99,15 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
     (16, 1)
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    counts, masses, springs = _of_layers(layers, elements)
+    # By default a wave crosses an element in 1/30 of the contact time of steel beads of 9.5 mm. Eight elements let
+    # short layers deform.
+    travel = 1.0e-6 / fineness().shorter
+    usual = [max(8, ceil(layer.length / (layer.material.bar_speed * travel))) for layer in layers]
+    counts = [fineness().cells * (elements or count) for count in usual]
+    if sum(counts) > MOST_ELEMENTS:
+        number = f"{float(sum(counts)):.10g}"
+        raise ValueError(f"elements: {number} in the rod are too many; must be at most {MOST_ELEMENTS}")
+    masses, springs = layer_matrices(layers, counts)
     mass, stiffness = sum(masses[1:], masses[0]), sum(springs[1:], springs[0])
     first, last, bottom = layers[0].material, layers[-1], sum(counts)
     contact, damping, surface = np.eye(mass.shape[0], 1), None, Surface(first)
@@ -107,41 +115,24 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
         impedance = last.material.density * last.material.bar_speed * last.area
         damping = sparse.csr_array(([impedance], ([bottom], [bottom])), shape=mass.shape)
     elif base == "contact":
-        # The second chain stands beyond the far end: away from that chain, the last face moves back into the rod.
+        # The second chain stands beyond the far end, so its force pushes the last face back into the rod.
         contact = np.column_stack([contact, -np.eye(mass.shape[0], 1, -bottom)])
         surface = [surface, Surface(last.material)]  # type: ignore[assignment]
     elif base == "fixed":
         free = np.delete(np.arange(mass.shape[0]), bottom)
         mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], contact[free]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
-    origin = {"elements": counts, "highest_frequency": 1.0 / (4.0 * crossing)}  # four elements in a wave
+    origin = {"elements": counts, "highest_frequency": 1.0 / (4.0 * crossing)}  # four elements per wavelength
     made = Structure(mass, stiffness, damping, contact, 0.0, surface, origin)
     return made.made_by(partial(rod, layers, base, elements))
 
 
-@checked_call
-def rod_parts(
-    layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] | None = None
-) -> list[sparse.csr_array]:
-    """Return the contribution of each layer to the stiffness of `rod`, n × n, N/m."""
-    layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    counts, _, springs = _of_layers(layers, elements)
-    free = np.delete(np.arange(springs[0].shape[0]), [sum(counts)] if base == "fixed" else [])
-    return [part[free][:, free] for part in springs]
-
-
-def _of_layers(
-    layers: list[Layer], elements: int | None
-) -> tuple[list[int], list[sparse.csr_array], list[sparse.csr_array]]:
-    """Return the number of elements in each layer, and the mass and the stiffness of each in the size of the rod."""
-    # A wave crosses an element in 1/30 of the contact time of steel beads of 9.5 mm; short layers still deform.
-    travel = 1.0e-6 / fineness().shorter
-    usual = [max(8, ceil(layer.length / (layer.material.bar_speed * travel))) for layer in layers]
-    counts = [fineness().cells * (elements or count) for count in usual]
+def layer_matrices(
+    layers: Sequence[Layer], counts: Sequence[int]
+) -> tuple[list[sparse.csr_array], list[sparse.csr_array]]:
+    """Return mass and stiffness of each layer, kg and N/m, in the size of the rod; counts: elements in each layer."""
     total = sum(counts)
-    if total > MOST_ELEMENTS:
-        raise ValueError(f"elements: {float(total):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers")
-    # The nodes of an element are its ends, numbered along the rod, and its middle, numbered after all ends.
+    # The nodes of an element are its ends, which are numbered along the rod, and its middle, numbered after all ends.
     ends: NDArray[np.int64] = np.arange(total)
     nodes = np.split(np.column_stack([ends, ends + 1, ends + total + 1]), np.cumsum(counts)[:-1])
     masses, springs = list[sparse.csr_array](), list[sparse.csr_array]()
@@ -151,4 +142,4 @@ def _of_layers(
         stretching = layer.material.youngs_modulus * layer.area / length * STRETCHING
         masses.append(sum_of_cells(own, np.broadcast_to(inertia, shape), 2 * total + 1))
         springs.append(sum_of_cells(own, np.broadcast_to(stretching, shape), 2 * total + 1))
-    return counts, masses, springs
+    return masses, springs

@@ -1,7 +1,8 @@
-"""Solids of any shape, from a mesh file: three-dimensional linear elasticity with quadratic displacements."""
+"""Solids of any shape from a mesh file: three-dimensional linear elasticity with quadratic displacements."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from itertools import combinations
 from math import pi, sqrt
 from typing import Annotated, Any
@@ -10,11 +11,12 @@ import numpy as np
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
 from structures.bodies.body_mesh import BodyMesh
-from structures.bodies.elastic_field import elastic_field
+from structures.bodies.elastic_field import ElasticSampler
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.caution import caution
 from structures.checks import coordinates
 from structures.described import described
+from structures.field import Field
 from structures.material import Material
 from structures.meshes.mesh_files import source_of
 from structures.meshes.mesh_reading import Tag
@@ -27,7 +29,7 @@ Point = tuple[Coordinate, Coordinate, Coordinate]
 
 PATCH_RADIUS_PER_EDGE = 1.5  # The edges of facets under a patch must be shorter than its radius by this factor
 
-LEAST_NORMAL_COSINE = 0.5  # Cosine of the angle to the normal below which a facet belongs to another side of the body
+LEAST_NORMAL_COSINE = 0.5  # A facet whose normal has a smaller cosine to the normal belongs to another side of the body
 
 
 @described
@@ -49,25 +51,26 @@ def solid(
     Parameters
     ----------
     mesh : str, Path or meshio.Mesh
-        A file (.msh of gmsh, .med, .vtu, .vtk, .xdmf) or a mesh; docs/meshes.md.
+        A file (.msh of gmsh, .med, .vtu, .vtk, .xdmf) or a mesh; see docs/meshes.md.
     material : Material or mapping
-        One material for all cells, or one for each tag of cells: name or number of a physical group, or see `tags`.
+        One material, or a mapping from tags of cells to materials. A tag is the name or the number of a physical group,
+        or a value of the data that `tags` names.
     contact : sequence of float
-        Point of contact, three coordinates, m, at most a tenth of `patch_radius` off the surface.
+        Contact point: three coordinates, m, at most a tenth of `patch_radius` away from the surface.
     normal : sequence of float, optional
-        Outward normal at the contact; by default that of the surface.
+        Outward normal at the contact; by default the normal of the surface.
     fixed : str or int, optional
         Tag of facets, or of a set of points, that are held in all directions; None leaves the body free.
     patch_radius : float, optional
-        Radius a, m, of the circle on one face that carries the force with the pressure 2 (1 − r²/a²)/π a², wider than
-        the contact; by default the shortest side of the box divided by 12. The displacement of the contact is the mean
-        with the same weights, without that of a half-space, which Hertz's law contains.
+        Radius a, m, of the circle on one face that carries the force with the pressure 2 (1 − r²/a²)/π a²; it must be
+        wider than the contact. The default is the shortest side of the bounding box divided by 12. The displacement of
+        the contact is the mean with the same weights, minus that of a half-space, which Hertz's law contains.
     scale : float, optional
-        m per unit of the mesh. None means 1, and then bodies that look like millimetres are refused.
+        m per unit of the mesh. None means 1, and a mesh that is probably in millimetres is then refused.
     curvature : float
-        Curvature of the surface at the contact for Hertz's law, 1/m: the mean of the principal ones, 1/R of a sphere.
+        Mean curvature of the surface at the contact for Hertz's law, 1/m: 1/R for a sphere.
     tags : str, optional
-        Name of the data of cells whose whole numbers are the tags, such as "part"; needed where a file has several.
+        Name of the cell data whose whole numbers are the tags, such as "part"; needed if the file has several.
 
     Returns
     -------
@@ -76,7 +79,8 @@ def solid(
 
     Notes
     -----
-    10 000 degrees of freedom give the amplitude ratios of `layered_cylinder` to 0.03 % (steel) and 0.1 % (PTFE).
+    With 10 000 degrees of freedom, amplitude ratios agree with those of `layered_cylinder` within 0.03 % (steel) and
+    0.1 % (PTFE).
 
     Examples
     --------
@@ -84,12 +88,13 @@ def solid(
     >>> line = numpy.linspace(0.0, 20e-3, 5)
     >>> mesh = skfem.io.meshio.to_meshio(skfem.MeshHex.init_tensor(line, line, line))
     >>> body = hl.solid(mesh, hl.ALUMINIUM_6061, contact=(10e-3, 10e-3, 20e-3), patch_radius=8e-3)
-    >>> round(float(body.mass.sum()) / 3.0 * 1e3, 2)  # g; each of the three directions holds the whole mass
+    >>> round(float(body.mass.sum()) / 3.0 * 1e3, 2)  # g; each of the three directions has the whole mass
     21.54
     """
     body = BodyMesh(mesh, scale, tags)
     materials, owner = body.materials(material)
-    # A sixth of the radius of a long cylinder acts as a uniform pressure on an eighth of it, as in `layered_cylinder`.
+    # This is a sixth of the radius of a long cylinder. Such a patch acts like the uniform pressure on an eighth of the
+    # radius in `layered_cylinder`.
     radius = body.shortest_side / 12.0 if patch_radius is None else patch_radius
     place = np.array(coordinates("contact", contact, "xyz"))
     outward = None if normal is None else np.array(coordinates("normal", normal, "xyz"))
@@ -97,12 +102,14 @@ def solid(
     patch.check_curvature(curvature)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
     mass, stiffness = body_matrices(basis, materials, owner)
-    spread, facets, held = patch.spread(body), None, np.zeros(0, dtype=int)
+    spread, held, support = patch.spread(body), np.zeros(0, dtype=int), {}
     if fixed is not None:
         facets = body.facets.of("fixed", fixed)
         held = basis.get_dofs(facets).all()
+        area = FacetBasis(body.mesh, body.element(), facets=facets, intorder=body.order).dx.sum()
+        support = {"fixed_facets": facets.size, "fixed_area": float(area)}
         if np.any(spread[held] != 0.0):
-            raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
+            raise ValueError(f"fixed = {fixed!r}: must not hold part of the patch about the contact {patch.place} m")
     free = np.setdiff1d(np.arange(basis.N), held)
     origin = {
         "mesh": source_of(mesh),
@@ -110,10 +117,10 @@ def solid(
         "cells": body.mesh.nelements,
         "contact": list(patch.place),
         "normal": patch.normal.tolist(),
-        **({} if facets is None else {"fixed_facets": facets.size, "fixed_area": body.area(facets)}),
+        **support,
         "patch_radius": radius,
         "scale": body.scale,
-        "highest_frequency": min(map(shear_speed, materials)) / (4.0 * body.longest_edge),  # four edges in a wave
+        "highest_frequency": min(map(shear_speed, materials)) / (4.0 * body.longest_edge),  # four edges per wavelength
         "materials": [asdict(material) for material in materials],
     }
     struck = materials[owner[patch.cell]]
@@ -125,20 +132,20 @@ def solid(
         -patch_compliance(struck, radius),
         Surface(struck, curvature),
         origin,
-        field=elastic_field(body.mesh, body.element, body.order, free, materials, owner),
+        field=Field(partial(ElasticSampler, body.mesh, body.element, body.order, free, materials, owner), free.size),
     )
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Return the mean displacement of a half-space, m/N, under the pressure of a patch (radius a, m), weighted by it.
+    """Return the mean displacement of a half-space, m/N, under the patch (radius a, m), weighted by its pressure.
 
-    ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the Hankel transform of the pressure p̂ = 8 J₂(ka)/(ka)².
+    It is ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the Hankel transform p̂ = 8 J₂(ka)/(ka)² of the pressure.
     """
     return 2048.0 / (315.0 * pi**2 * material.contact_modulus * radius)
 
 
 class Patch:
-    """The circle that carries the force: the place of the surface nearest to the contact, and the facets about it."""
+    """The circle that carries the force: the point of the surface nearest to the contact, and the facets around it."""
 
     def __init__(self, body: BodyMesh, contact: Vector, normal: Vector | None, radius: float) -> None:
         self.radius, facets = radius, body.mesh.boundary_facets()
@@ -147,7 +154,7 @@ class Patch:
         facet = int(np.argmin(away))
         self.place, self.cell = tuple(map(float, nearest[facet])), int(body.mesh.f2t[0, facets[facet]])
         if away[facet] > 0.1 * radius:
-            raise ValueError(f"contact = {_text(contact)} m: must lie on the surface, as {_text(nearest[facet])}")
+            raise ValueError(f"contact = {_text(contact)} m: must lie on the surface, such as {_text(nearest[facet])}")
 
         faces = FacetBasis(body.mesh, body.element(), facets=facets, intorder=2)
         outward = np.asarray(faces.normals).mean(axis=2).T
@@ -169,12 +176,10 @@ class Patch:
             longest /= sqrt(2.0)
         if longest > radius / PATCH_RADIUS_PER_EDGE:
             fine, wide = radius / PATCH_RADIUS_PER_EDGE, PATCH_RADIUS_PER_EDGE * longest
-            raise ValueError(
-                f"mesh: edges at the contact are too long; {fine:.3g} m, or a patch_radius of {wide:.3g} suit"
-            )
+            raise ValueError(f"mesh: edges at the contact must be below {fine:.3g} m, or patch_radius above {wide:.3g}")
 
     def spread(self, body: BodyMesh) -> Vector:
-        """Return b of all degrees of freedom, for the pressure 2 (1 − r²/a²)/π a² of a unit force, 1/m²."""
+        """Return b for all degrees of freedom, for the pressure 2 (1 − r²/a²)/π a² of a unit force, 1/m²."""
         faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=self.struck, intorder=12)
         offset = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
         along = np.einsum("i,ifq->fq", self.normal, offset)
@@ -183,25 +188,27 @@ class Patch:
         pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
         total = float((pressure * faces.dx).sum())
         if abs(total - 1.0) > 0.02:  # facets are flat, and quadrature is not exact
-            raise ValueError(f"patch_radius = {self.radius!r}: the face carries {100.0 * total:.0f} % of the patch")
+            raise ValueError(
+                f"patch_radius = {self.radius!r}: must fit on the face, which carries {total:.0%} of the patch"
+            )
         x, y, z = self.normal
         return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
 
     def check_curvature(self, curvature: float) -> None:
-        """Warn if the surface of the mesh has another mean curvature: that of the paraboloid through its corners."""
+        """Warn if the mesh has another mean curvature: that of a paraboloid through the corners at the contact."""
         offset = self.corners - np.array(self.place)
         along = offset @ self.normal
         x, y = (offset @ np.linalg.svd(self.normal[None])[2][1:].T).T / self.radius  # along two tangents
         columns = np.column_stack([-0.5 * (x**2 + y**2), x, y, np.ones_like(x), x * y, x**2 - y**2])
-        # Few corners do not tell a saddle.
+        # Few corners do not determine a saddle.
         columns = columns[:, : 6 if len(x) > 6 else 4]
         fitted = float(np.linalg.lstsq(columns, along, rcond=None)[0][0]) / self.radius**2
         mesh_curvature = round(fitted, 3) + 0.0  # no -0
-        # 5 1/m change Hertz's force on a bead of radius 10 mm by 2.5 %.
+        # A curvature of 5 1/m changes Hertz's force on a bead of radius 10 mm by 2.5 %.
         if abs(mesh_curvature - curvature) > max(5.0, 0.25 * abs(mesh_curvature), 0.25 * abs(curvature)):
             shapes = [f"radius {readable(1.0 / one, 'm')}" if one else "flat" for one in (curvature, mesh_curvature)]
             given, found = f"{curvature:.3g} 1/m ({shapes[0]})", f"{mesh_curvature:.3g} 1/m ({shapes[1]})"
-            caution(f"solid curvature = {given}: the surface of the mesh has {found} at the contact; give that")
+            caution(f"solid curvature = {given}: the surface of the mesh has {found} at the contact; state that")
 
 
 @LinearForm
@@ -210,7 +217,7 @@ def _push(v: Any, w: Any) -> Any:
 
 
 def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
-    """Return nearest point of each facet, f × 3, and its distance, m; corners f × 3 × 3 or f × 4 × 3, in any order."""
+    """Return the nearest point of each facet, f × 3, and its distance, m; corners: f × 3 × 3 or f × 4 × 3."""
     nearest, distance = corners[:, 0].copy(), np.full(len(corners), np.inf)
 
     def offer(places: Vector, allowed: Any) -> None:

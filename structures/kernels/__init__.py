@@ -1,1 +1,1 @@
-"""Compiled functions of structures: motion of oscillators and coupled degrees of freedom."""
+"""Compiled functions of structures: the motion of oscillators and of coupled degrees of freedom."""

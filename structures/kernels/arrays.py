@@ -1,23 +1,23 @@
-"""Small compiled functions of arrays."""
+"""Small compiled functions for arrays."""
 
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
-# A mask of an index. It says to the compiler that no index counts from the end of an array: else a pass over bodies
-# would have no vector instructions, and take three times as long.
+# A mask for an index. It tells the compiler that no index counts from the end of an array. Without it, a pass over
+# bodies would have no vector instructions and take three times as long.
 NOT_NEGATIVE = 0x7FFF_FFFF
 
 
 @inner()
 def copy(source: Vector, target: Vector) -> None:
-    """Copy what `target[:] = source` would: that compiles the text of an error for unequal shapes, for seconds."""
+    """Do the same as `target[:] = source`, for which Numba would also compile an error message for seconds."""
     for i in range(target.size):
         target[i] = source[i]
 
 
 @inner(forceinline=True, fastmath={"contract", "reassoc"})
 def dot(a: Vector, b: Vector) -> float:
-    """Return the sum of products with the first entries of b, as many as a has."""
+    """Return the sum of the products of a with the first entries of b."""
     total = 0.0
     for i in range(a.size):
         total += a[i] * b[i]
@@ -35,7 +35,7 @@ def weighted(weights: Vector, x: Vector) -> float:
 
 @inner()
 def solve(matrix: Vector, right: Vector, size: int) -> None:
-    """Solve a few linear equations in place, by Gauss's elimination with pivots."""
+    """Solve a few linear equations in place, by Gaussian elimination with pivots."""
     for i in range(size):
         pivot = i
         for j in range(i + 1, size):

@@ -1,7 +1,8 @@
-"""How kernels are compiled: by Numba, which keeps the compiled entry points in files.
+"""Compilation of kernels by Numba, which caches the compiled entry points in files.
 
-Numba watches the file of a kept function alone; after an edit of a function that this one calls, the old one would
-run. So entry points alone are kept, in a folder named by a checksum of all kernels, and none that calls a user's piece.
+Numba watches only the file of a cached function. After an edit of a function that it calls, the old code would still
+run. So only entry points are cached, in a folder named by a checksum of all kernels. A kernel that calls a user's piece
+is not cached.
 """
 
 import atexit
@@ -26,19 +27,19 @@ log = logging.getLogger("hertzlink.kernels")
 ROOMS = "structures", "plates", "particles", "coupling"
 
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-    raise ImportError("hertzlink's kernels must be compiled, and NUMBA_DISABLE_JIT forbids it: unset it")
+    raise ImportError("hertzlink's kernels must be compiled, but NUMBA_DISABLE_JIT forbids it: unset it")
 
 
 def users_folder() -> Path:
-    """Return where this user keeps compiled kernels: NUMBA_CACHE_DIR, or else a folder of the cache."""
-    # Not numba.config.CACHE_DIR, which a file of settings in the current folder sets: kernels are unpickled.
+    """Return the folder of this user's compiled kernels: NUMBA_CACHE_DIR, or else a folder in the user's cache."""
+    # Not numba.config.CACHE_DIR: a file of settings in the current folder can set it, and kernels are unpickled.
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(chosen).absolute()
     return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "hertzlink").expanduser()
 
 
 def folder_of_kernels() -> Path:
-    """Return a folder for kernels of these sources; where the user's cannot be written, one for this process."""
+    """Return a folder for kernels of these sources; a temporary one if the user's folder cannot be written."""
     root, digest = Path(__file__).parents[2], sha256(f"{numba.__version__} {np.__version__}".encode())
     for source in sorted(source for room in ROOMS for source in root.glob(f"{room}/kernels/*.py")):
         digest.update(source.read_bytes())
@@ -50,7 +51,7 @@ def folder_of_kernels() -> Path:
     except (OSError, RuntimeError) as error:  # RuntimeError: no home folder is known
         place = tempfile.mkdtemp(prefix="hertzlink-")
         atexit.register(shutil.rmtree, place, ignore_errors=True)
-        log.warning("compiled kernels cannot be kept (%s): each run compiles them; set NUMBA_CACHE_DIR", error)
+        log.warning("compiled kernels cannot be cached (%s), so each run compiles them: set NUMBA_CACHE_DIR", error)
         os.environ["NUMBA_CACHE_DIR"] = place  # for processes that this one starts
         return Path(place, name)
     return folder
@@ -60,37 +61,37 @@ FOLDER = folder_of_kernels()
 
 EMPTY = not any(FOLDER.rglob("*.nbi"))
 
-# Kernels make no arrays, so they count no references: the loop on a plate would take 3.4 times as long
+# Kernels make no arrays, so they need no reference counts, with which the loop on a plate takes 3.4 times as long
 OPTIONS: Any = {"error_model": "numpy", "_nrt": False}
 
 
 def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator of functions that kernels call; called from Python, they run uncompiled."""
+    """Return a decorator for functions that kernels call. If Python calls them, they run uncompiled."""
     return register_jitable(**OPTIONS, **options)  # type: ignore[no-any-return]
 
 
 def entry(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function for Python, compiled; as a decorator."""
+    """Compile a function that Python calls; use it as a decorator."""
     before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER)  # type: ignore[attr-defined]
-    kept = numba.njit(cache=True, nogil=True, **OPTIONS)(function)
+    cached = numba.njit(cache=True, nogil=True, **OPTIONS)(function)
     numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
-    not_kept = numba.njit(nogil=True, **OPTIONS)(function)
+    not_cached = numba.njit(nogil=True, **OPTIONS)(function)
 
     @wraps(function)
     def call(*arguments: Any) -> Any:
-        nonlocal kept
+        nonlocal cached
         if any(map(has_own_piece, arguments)):
-            say("compiling kernels of pieces that are not hertzlink's: up to a minute at each start")
-            return not_kept(*arguments)
+            say("compiling kernels for pieces that are not hertzlink's: up to a minute at each start")
+            return not_cached(*arguments)
         announce()
         collects = gc.isenabled()
-        gc.disable()  # a tenth of the time in which kernels are compiled
+        gc.disable()  # saves a tenth of the time of compilation
         try:
-            return kept(*arguments)
+            return cached(*arguments)
         except (EOFError, OSError, pickle.UnpicklingError) as error:
-            say(f"kernels in {FOLDER} cannot be read or written ({error}), so they are compiled; delete that folder")
-            kept = not_kept
-            return kept(*arguments)
+            say(f"kernels in {FOLDER} cannot be read or written ({error}) and are compiled anew: delete that folder")
+            cached = not_cached
+            return cached(*arguments)
         finally:
             if collects:
                 gc.enable()
@@ -99,19 +100,19 @@ def entry(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def announce() -> None:
-    """Say, once, that kernels are compiled, where none is kept."""
+    """Log, once, that kernels are compiled, if none is cached."""
     if EMPTY:
         say("compiling kernels that this machine has not compiled yet: up to a minute, once")
 
 
 @cache
 def say(line: str) -> None:
-    """Log a line, once."""
+    """Log a line once."""
     log.warning("%s", line)
 
 
 def has_own_piece(value: Any) -> bool:
-    """Return whether a piece that is not hertzlink's is in an argument."""
+    """Return whether an argument contains a piece that is not hertzlink's."""
     return isinstance(value, tuple) and (not is_ours(type(value)) or any(map(has_own_piece, value)))
 
 

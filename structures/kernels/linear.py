@@ -1,4 +1,4 @@
-"""Linear structures: how they move over a window of one length."""
+"""Linear structures: their motion over a window of fixed length."""
 
 from typing import Any, NamedTuple
 
@@ -9,46 +9,47 @@ from structures.kernels.arrays import dot, weighted
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
-# The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero
+# A damped motion would decay to subnormal numbers, which are slow: smaller numbers become zero
 SMALLEST = 1e-180
 
 
 @inner(forceinline=True)
 def without_small(number: float) -> float:
-    """Return a number, or zero where it is so small that it becomes a subnormal one, which is slow."""
+    """Return a number, or zero if it is negligible."""
     return number if abs(number) >= SMALLEST else 0.0
 
 
 @inner(forceinline=True)
 def add(row: Vector, force: float, state: Vector) -> None:
-    """Add a response to a state; what is negligible becomes zero.
+    """Add a response to a state; negligible numbers become zero.
 
-    Sums are not contracted: `follow` gives the same bits, so that what is saved does not change a run.
+    Sums are not contracted. So `follow` gives the same bits, and what a run saves does not change its motion.
     """
     for i in range(row.size):
         state[i] = without_small(state[i] + force * row[i])
 
 
 class Linear(NamedTuple):
-    """Structures over a window of one length: all are oscillators, or else each has dense matrices.
+    """Structures over a window of fixed length. Either all are oscillators, or all have dense matrices.
 
-    The state of oscillators is n displacements, then n velocities. That of other structures is for each its
-    displacements, then the velocities of those that have mass; each matrix has a block for each structure.
+    The state of oscillators has n displacements, then n velocities. The state of other structures has, for each
+    structure, its displacements and then the velocities of those that have mass. Each matrix has a block for each
+    structure.
     """
 
-    contact: Vector  # K × the entries of a state that a contact can see
+    contact: Vector  # K × the entries of a state on which a contact's displacement depends
     response: Vector  # K × the state after 1 N at each contact from rest
     begin: Vector  # S + 1: where each structure begins, among oscillators or in the state
-    rows: Vector  # 4 × n: oscillators end a window at u = r₀ u + r₁ v, v = r₂ u + r₃ v where no force acts
+    rows: Vector  # 4 × n: without force, oscillators end a window at r₀ u + r₁ v, r₂ u + r₃ v
     squares: Vector  # n, squares of their angular frequencies, 1/s²
-    transition: Vector = np.zeros((0, 0))  # the end of a window over its begin where no force acts
+    transition: Vector = np.zeros((0, 0))  # from the state at the start of a window to its end, without force
     mass: Vector = np.zeros((0, 0))  # zero for displacements: the kinetic energy is ½ xᵀ M x of the state x
     stiffness: Vector = np.zeros((0, 0))  # zero for velocities
 
 
 def dense(contact: Vector, response: Vector, begin: Vector, *matrices: Vector) -> Linear:
-    """Return structures that have a transition, a mass and a stiffness."""
-    # One layout in memory is one type, for which the loop is compiled once.
+    """Return structures with dense matrices: transition, mass and stiffness."""
+    # All arrays have the same memory layout, so that the loop is compiled once.
     seen, given, *kept = map(np.ascontiguousarray, (contact, response, *matrices))
     return Linear(seen, given, begin, np.zeros((4, 0)), np.zeros(0), *kept)
 
@@ -61,16 +62,16 @@ def read(structure: Any, k: int, state: Vector) -> float:
 
 @inner()
 def push(structure: Any, k: int, force: float, state: Vector) -> None:
-    """Add what a mean force on contact k, N, adds to the state within a window."""
+    """Add the response to a mean force on contact k, N, over a window to the state."""
     add(structure.response[k], force, state)
 
 
 @inner(forceinline=True)
 def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
-    """Put the state at the end of a window in which no force acts into `free`.
+    """Write the state at the end of a window without force to `free`.
 
     contact: records of the contacts, with the pending forces of the window before. Oscillators take one pass, which
-    the compiler turns into vector instructions; the force of contact 0 stays pending: a window that fails begins again.
+    becomes vector instructions. The force of contact 0 stays pending, because a window that fails begins again.
     """
     rows, response, n = structure.rows, structure.response, structure.squares.size
     for k in range(1 if n > 0 else 0, contact.size):
@@ -103,18 +104,17 @@ def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float,
 
 
 def joined(parts: list[Linear], rows: list[Any], contacts: int) -> Linear:
-    """Return the structures of a run as one.
+    """Join the structures of a run.
 
-    parts: a window of each. rows: for each the contacts of the run at its contact points, −1 where nothing touches.
+    parts: one for each structure. rows: for each, the run's contacts at its contact points, −1 where nothing touches.
     """
-    alike = not any(part.transition.size for part in parts)  # a half-space has neither
+    alike = not any(part.transition.size for part in parts)  # half-spaces count as oscillators
     if not alike:
         parts = [part if part.transition.size else _as_dense(part) for part in parts]
     if len(parts) == 1 and [*rows[0]] == [*range(contacts)]:
         return parts[0]
     begin = np.cumsum([0, *(part.contact.shape[1] for part in parts)])
-    # Displacements and velocities of oscillators are apart.
-    halves = 2 if alike else 1
+    halves = 2 if alike else 1  # all displacements of oscillators come before all velocities
     response, contact = np.zeros((contacts, halves, begin[-1])), np.zeros((contacts, begin[-1]))
     for part, first, last, seats in zip(parts, begin[:-1], begin[1:], map(np.asarray, rows), strict=True):
         used = seats >= 0

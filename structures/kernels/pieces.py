@@ -1,6 +1,6 @@
-"""Pieces: a piece is a NamedTuple of arrays, whose class holds compiled functions. The type chooses the function.
+"""Pieces: a piece is a NamedTuple of arrays whose class holds compiled functions. The class selects the function.
 
-A run compiles the functions of its own pieces only.
+A run compiles only the functions of its own pieces.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,11 +17,11 @@ Function = Callable[..., Any]
 
 
 def by_type(function: Function, small: bool = True, **options: Any) -> Function:
-    """Return a function that is chosen by the class of its first argument; as a decorator.
+    """Return a function that the class of its first argument selects; use it as a decorator.
 
-    In compiled code and in Python it stands for the static method of this name of that class. function: what it does
-    for classes that have none; if it raises NotImplementedError, every class must. small: whether it becomes a part of
-    its callers. options: of Numba's compiler.
+    In compiled code and in Python it calls the static method of the same name of that class. function: the default for
+    classes without such a method; if it raises NotImplementedError, every class must have one. small: whether it is
+    inlined in its callers. options: options of Numba's compiler.
     """
     name, parameters = function.__name__, signature(function)
     default = None if "NotImplementedError" in function.__code__.co_names else function
@@ -42,15 +42,15 @@ def by_type(function: Function, small: bool = True, **options: Any) -> Function:
         return getattr(method, "py_func", method)
 
     choose.__signature__ = parameters  # type: ignore[attr-defined]
-    # Not strict: annotations of a user's functions need not be ours.
+    # Not strict: a user's functions may have other annotations.
     overload(call, OPTIONS | {"forceinline": small, **options}, strict=False)(choose)
     return call
 
 
 def check_compiled(piece: Any, names: Sequence[str], numbers: int) -> None:
-    """Compile the functions of a piece alone, and of pieces in it; raise a ValueError that names the one that fails.
+    """Compile the functions of a piece and of the pieces in it; raise a ValueError that names the one that fails.
 
-    numbers: how many follow the piece and the number of a contact.
+    numbers: how many floats follow the piece and the number of the contact in the arguments.
     """
     for field in piece:
         if hasattr(field, "_fields"):

@@ -1,20 +1,20 @@
-"""Few points with weights that integrate polynomials as many do: Gauss's quadrature of a sum."""
+"""Gaussian quadrature of a sum: a few points with weights replace many."""
 
 from structures.kernels.compiling import entry
 from structures.structure import Vector
 
-# Points that are inserted together, each one row behind the last: the processor divides for one while it waits for
-# another
+# Number of points that are inserted together, each one row behind the last, so that the divisions of the processor
+# overlap
 LANES = 4
 
 
 @entry
 def tridiagonal(points: Vector, weights: Vector, lanes: Vector, diagonal: Vector, squares: Vector) -> None:
-    """Fill the first rows of the tridiagonal matrix of a sum: by Rutishauser's rotations, one point after the other.
+    """Fill the first rows of the tridiagonal matrix of a sum, by Rutishauser's rotations for one point after another.
 
-    Its eigenvalues, and the squares of the first entries of its eigenvectors, are Gauss's points and weights. diagonal,
-    squares: of the entries beside it, the first being the sum of the weights, m numbers each, zeros before. lanes:
-    LANES × 5 numbers.
+    Its eigenvalues are Gauss's points, and the squares of the first entries of its eigenvectors their weights.
+    diagonal: m numbers. squares: m squares of the entries beside the diagonal; the first is the sum of the weights.
+    Both are zero at the start. lanes: LANES × 5 numbers.
 
     References
     ----------

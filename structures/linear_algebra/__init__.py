@@ -1,1 +1,1 @@
-"""Sparse symmetric matrices: factorisations, checks."""
+"""Sparse symmetric matrices: checks and factorisations."""

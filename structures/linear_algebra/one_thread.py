@@ -1,4 +1,4 @@
-"""Linear algebra by one thread, where matrices are too small to share."""
+"""Linear algebra on one thread, for matrices that are too small to share."""
 
 import sys
 from contextlib import ContextDecorator
@@ -9,17 +9,17 @@ import threadpoolctl
 
 
 def _take_control() -> None:
-    """Let this thread set the limit: newer threadpoolctl ignores the limits of all but the thread that set it first."""
+    """Let this thread set the limit: newer threadpoolctl obeys only the thread that set a limit first."""
     clear = getattr(getattr(threadpoolctl, "OpenBLASController", None), "clear_controlling_thread", None)
     if clear is not None:
         clear(force=True)
 
 
 class _OneThread(ContextDecorator):
-    """Dense linear algebra (BLAS) of this process takes one thread within the block, or within a decorated function.
+    """Dense linear algebra (BLAS) of this process uses one thread in a block or in a decorated function.
 
-    Beside other work threads wait for each other, and a reduction takes several times as long. Blocks of several
-    threads may overlap: the setting before the first returns after the last.
+    On a busy machine BLAS threads wait for each other, and a reduction takes several times as long. Blocks of several
+    threads may overlap: the last one to end restores the setting before the first.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class _OneThread(ContextDecorator):
         with self._lock:
             if self._inside == 0:
                 _take_control()
-                # To look for libraries takes longer than a small run; they come with modules.
+                # A search for libraries takes longer than a small run. Only new modules can load new libraries.
                 if (modules := len(sys.modules)) != self._libraries[0]:
                     self._libraries = modules, threadpoolctl.ThreadpoolController()
                 self._limit = self._libraries[1].limit(limits=1, user_api="blas")

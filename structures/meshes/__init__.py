@@ -1,1 +1,1 @@
-"""Meshes from files: read by gmsh or meshio, and checked."""
+"""Meshes from files, which gmsh or meshio reads, and their checks."""

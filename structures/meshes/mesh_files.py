@@ -1,7 +1,9 @@
-"""Mesh files: gmsh reads its own and those of Salome, meshio those of VTK and XDMF."""
+"""Mesh files: gmsh reads its own files and those of Salome, meshio reads those of VTK and XDMF."""
 
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from lzma import LZMAError
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -11,11 +13,17 @@ import numpy as np
 from structures.checks import existing
 
 BY_GMSH = {".msh": "gmsh", ".med": "Salome"}
-# The formats that are read, and the programs that write them
+# Formats and the programs that write them
 FORMATS = BY_GMSH | {".vtu": "VTK, ParaView", ".vtk": "VTK", ".xdmf": "XDMF", ".xmf": "XDMF"}
 
-# How files for gmsh begin. It takes other text for a program, and runs it.
+# The beginnings of files for gmsh, which would run any other text as a program.
 STARTS = {".msh": ("$MeshFormat", "$Comments", "$NOD"), ".med": ("\x89HDF",)}
+
+# What meshio's readers raise for damaged files, in addition to ReadError
+DAMAGE = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, SyntaxError),
+    *(TypeError, ValueError, LZMAError, zlib.error),
+)
 
 GMSH = Lock()  # gmsh has one state for all threads
 
@@ -31,12 +39,12 @@ ORDER = {
 
 
 def source_of(mesh: Any) -> str:
-    """Return what a structure's origin says of its mesh."""
+    """Return the entry of a mesh in the origin of a structure."""
     return str(Path(mesh).absolute()) if isinstance(mesh, str | Path) else "meshio.Mesh"
 
 
 def read_mesh(source: Any) -> Any:
-    """Return the meshio.Mesh of a file, or the one that is given. Raises ValueError for a file that cannot be read."""
+    """Return the meshio.Mesh of a file, or the given one; raise a ValueError if the file cannot be read."""
     import meshio.vtk
 
     if isinstance(source, meshio.Mesh):
@@ -51,27 +59,24 @@ def read_mesh(source: Any) -> Any:
             f"{path.stem}.msh', or give a meshio.Mesh"
         )
     if not path.read_bytes()[:20].decode("latin-1").startswith(STARTS.get(suffix, "")):
-        raise ValueError(f"{name}: is no {suffix} file of {FORMATS[suffix]}, which begins with {STARTS[suffix][0]!r}")
+        raise ValueError(f"{name}: must be a {suffix} file of {FORMATS[suffix]}, beginning with {STARTS[suffix][0]!r}")
+    read = {".vtu": meshio.vtu.read, ".vtk": meshio.vtk.read, ".xdmf": meshio.xdmf.read, ".xmf": meshio.xdmf.read}
     try:
-        if suffix in BY_GMSH:
-            mesh = _by_gmsh(path)
-        else:
-            read = {".vtu": meshio.vtu.read, ".vtk": meshio.vtk.read}.get(suffix, meshio.xdmf.read)
-            mesh = read(path)
-    except Exception as error:  # gmsh raises nothing more definite
-        said = " ".join(f"{error}".split())[:200]
-        raise ValueError(f"{name}: cannot be read as a {suffix} file of {FORMATS[suffix]} ({said})") from error
+        mesh = read.get(suffix, _by_gmsh)(path)
+    except (meshio.ReadError, meshio.vtu._vtu.CorruptionError, *DAMAGE) as error:
+        reason = " ".join(f"{error}".split())[:200]
+        raise ValueError(f"{name}: cannot be read as a {suffix} file of {FORMATS[suffix]} ({reason})") from error
     if not mesh.cells:
-        raise ValueError(f"{name}: holds no cells that are read from a {suffix} file of {FORMATS[suffix]}")
+        raise ValueError(f"{name}: has no cells that can be read from a {suffix} file of {FORMATS[suffix]}")
     return mesh
 
 
 @contextmanager
 def gmsh_model(options: Mapping[str, float]) -> Iterator[Any]:
-    """Yield gmsh with a new model and some options; afterwards models and options of the user's own are as before."""
+    """Yield gmsh with a new model and some options; afterwards restore the user's own models and options."""
     try:
         import gmsh
-    except (ImportError, OSError) as error:  # OSError: a library that gmsh draws with, such as libGLU, is missing
+    except (ImportError, OSError) as error:  # OSError: a graphics library such as libGLU is missing
         raise ImportError(f"this needs gmsh ({error}): pip install hertzlink[mesh]") from error
     with GMSH:
         started = not gmsh.isInitialized()
@@ -89,7 +94,7 @@ def gmsh_model(options: Mapping[str, float]) -> Iterator[Any]:
             if started:
                 gmsh.finalize()
             else:
-                for model in gmsh.model.list()[len(models) :]:  # a file of Salome adds its own
+                for model in gmsh.model.list()[len(models) :]:  # a file of Salome adds models
                     gmsh.model.setCurrent(model)
                     gmsh.model.remove()
                 gmsh.model.setCurrent(shown)
@@ -98,12 +103,15 @@ def gmsh_model(options: Mapping[str, float]) -> Iterator[Any]:
 
 
 def _by_gmsh(path: Path) -> Any:
-    """Return the mesh with its groups by name and by number."""
+    """Return the mesh of a file, with its groups by name and by number."""
     import meshio
     from meshio.gmsh import gmsh_to_meshio_type
 
     with gmsh_model({}) as gmsh:
-        gmsh.merge(str(path))
+        try:
+            gmsh.merge(str(path))
+        except Exception as error:  # gmsh raises no narrower class
+            raise ValueError(str(error)) from error
         tags, places, _ = gmsh.model.mesh.getNodes()
         order = np.argsort(tags, kind="stable")
         cells: list[tuple[str, Any]] = []
@@ -116,7 +124,7 @@ def _by_gmsh(path: Path) -> Any:
                 if len(tags) == 0 or (tags[at].ravel() != nodes).any():
                     raise ValueError("a cell has a point that is not defined")
                 if int(kind) not in gmsh_to_meshio_type:
-                    raise ValueError(f"cells of type {called}, which no body here is made of")
+                    raise ValueError(f"cells of type {called} are not supported")
                 name = gmsh_to_meshio_type[int(kind)]
                 cells.append((name, at[:, ORDER[name]] if name in ORDER else at))
                 entities.append((dimension, entity))

@@ -1,4 +1,4 @@
-"""Topology of a mesh: sides of cells, cells listed twice, cells that overlap, and parts that are not joined."""
+"""Topology of a mesh: sides of cells, duplicate cells, overlaps, and parts that are not joined."""
 
 from collections.abc import Sequence
 
@@ -12,10 +12,10 @@ from structures.checks import count_of
 from structures.meshes.mesh_reading import Numbers, near
 from structures.structure import Vector
 
-COINCIDENT = 1e-6  # Points coincide that lie closer than this part of the shortest edge
+COINCIDENT = 1e-6  # Points that are closer than this fraction of the shortest edge coincide
 
 Sides = Sequence[Sequence[int]]
-# Corners of the sides of a cell in meshio's order, seen from outside in the same sense
+# Corners of the sides of a cell in meshio's order, in the same sense if seen from outside
 TRIANGLE: Sides = ((0, 1), (1, 2), (2, 0))
 QUADRILATERAL: Sides = ((0, 1), (1, 2), (2, 3), (3, 0))
 TETRAHEDRON: Sides = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
@@ -29,17 +29,17 @@ def edge_lengths(points: Vector, corners: Numbers, sides: Sides) -> Vector:
     return np.asarray(np.linalg.norm(points[corners[:, first_ends]] - points[corners[:, last_ends]], axis=2))
 
 
-def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
-    """Return the cells without those that are listed again, and the new number of each cell."""
+def without_duplicates(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
+    """Return the cells without duplicates, and the new number of each cell."""
     first, number = _kinds(np.sort(cells[:, :corners], axis=1))
     counted = np.sort(first)
     if counted.size < len(cells):
-        caution(f"mesh: {len(cells) - counted.size} of {len(cells)} cells are listed again; each counts once")
+        caution(f"mesh: {len(cells) - counted.size} of {len(cells)} cells are duplicates and are dropped")
     return cells[counted], np.searchsorted(counted, first[number])
 
 
 def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float) -> None:
-    """Raise a ValueError for cells that overlap and for parts that no whole side joins; warn of open seams.
+    """Raise a ValueError for cells that overlap and for parts that share no side; warn of open seams.
 
     corners: of each cell, all numbered in the same sense. shortest: the shortest edge, m.
     """
@@ -54,15 +54,15 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     ends = np.cumsum(times)[times == 2]
     left, right = order[ends - 2], order[ends - 1]
 
-    # Two cells on either side of a facet see its corners in opposite senses: from the least one on, the larger of its
-    # neighbours comes first or last.
+    # Two cells on opposite sides of a facet list its corners in opposite senses. The sense is whether the larger
+    # neighbour of the least corner follows or precedes it.
     rows, least = np.arange(len(facets)), facets.argmin(axis=1)
     sense = facets[rows, (least + 1) % width] > facets[rows, least - 1] if width > 2 else least == 0
     folded = np.flatnonzero(sense[left] == sense[right])
     if folded.size:
-        raise ValueError(f"mesh: cells lie on one side of their side near {near(points[facets[left[folded[0]]]])}")
+        raise ValueError(f"mesh: cells lie on the same side of a facet near {near(points[facets[left[folded[0]]]])}")
 
-    # Points of the boundary that coincide are a seam.
+    # Boundary points that coincide form a seam.
     boundary = np.unique(facets[first[times == 1]])
     close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < COINCIDENT * shortest
     seam, join = "none of their points coincide", "mesh them as one body"
@@ -78,10 +78,10 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
         how = f"meet only at points or lines, near {near(points[common])}" if common.size else "have no common point"
         raise ValueError(f"mesh: {parts} parts of the body share no side of a cell and {how}; {seam}: {join}")
     if close.any():
-        caution(f"mesh: {seam}, and are not joined: a crack, or parts that touch; {join}")
+        caution(f"mesh: {seam}, but are not joined: a crack, or parts that touch; {join}")
 
 
 def _kinds(rows: Numbers) -> tuple[Numbers, Numbers]:
-    """Return the first row of each kind, and each row's kind."""
+    """Return the index of the first of equal rows, for each kind, and the kind of each row."""
     _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first, kind.ravel()

@@ -180,21 +180,23 @@ def test_chains_of_both_kinds_share_a_run(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_too_fast_a_striker_is_named_and_not_its_law() -> None:
-    with pytest.raises(ValueError, match=r"^impact_speed = 1000\.0: a contact that holds all 226 J") as caught:
+    with pytest.raises(
+        ValueError, match=r"^impact_speed = 1000\.0: contacts with all 226 J must have a law="
+    ) as caught:
         hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 1e3), None)
     assert "max_approach = " in str(caught.value.__cause__)
     spring = hl.SpringLoaded(BEAD, 1e9, 7e-4)
-    with pytest.raises(ValueError, match=r"^chain: a contact that holds all"):
+    with pytest.raises(ValueError, match=r"^chain: contacts with all .* must have a law="):
         hl.CoSimulation(hl.DeformableChain([BEAD] * 2, spring), None)
 
 
 def test_a_law_that_is_stiffer_than_the_beads_is_named() -> None:
     stiff = hl.laws.PowerLaw(1e13)
     for law in (stiff, lambda one, other: stiff):
-        with pytest.raises(ValueError, match=r"^modes = 8: too many for a contact of power law"):
+        with pytest.raises(ValueError, match=r"^modes = 8: must be fewer for a contact of power law"):
             hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 0.5, law=law), None).run(1e-6)
 
 
 def test_too_long_a_step_is_named() -> None:
-    with pytest.raises(ValueError, match=r"dt = 2e-07: too large for a stable step"):
+    with pytest.raises(ValueError, match=r"dt = 2e-07: must be below .* for a stable step"):
         hl.CoSimulation(deformable(10), None, dt=2e-7)

@@ -127,13 +127,13 @@ def test_nothing_pulls_and_nothing_overlaps(ratio: float) -> None:
         (SPHERE, None, {"max_approach": 8e-3}, "max_approach = 0.008: must lie between"),
         (SPHERE, None, {"max_approach": 1e-30}, "max_approach = 1e-30: must lie between"),
         (SPHERE, None, {"max_force": 1e-90}, "max_force = 1e-90: must lie between"),
-        (SPHERE, None, {"max_approach": 3e-3}, "too small for a contact"),
+        (SPHERE, None, {"max_approach": 3e-3}, "must be larger for a contact"),
         (SPHERE, None, {"max_force": 1.0, "spacing": "fine"}, "spacing = 'fine'"),
         (
             hl.HollowSphere(RADIUS, 0.9999 * RADIUS, ALUMINIUM),
             None,
             {"max_approach": 20e-6},
-            "max_approach: the contact",
+            "max_approach: must be smaller; the contact",
         ),
         (SPHERE, hl.Surface(STEEL, -1.0 / RADIUS), {"max_approach": 1e-6}, "curvature"),
         (SPHERE, hl.Surface(STEEL, 0.0, 50.0), {"max_approach": 1e-6}, "second"),
@@ -162,7 +162,7 @@ def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
     [
         (0.0, 0.25e-3, 40e-6, "small strains"),
         (0.908, 0.1e-3, 40e-6, "small angles"),
-        (0.0, 20e-6, 100e-6, "leave the force off"),
+        (0.0, 20e-6, 100e-6, "make the force wrong by"),
     ],
 )
 def test_cautions(ratio: float, approach: float, spacing: float, words: str) -> None:

@@ -235,15 +235,15 @@ STEADY_PUSH = np.array([[0.0, 1e-3], [20.0, 20.0], [0.0, 0.0]])
 @pytest.mark.parametrize(
     ("excitation", "message"),
     [
-        (drive("push"), r"Drive\('push', .*: must have a kind"),
+        (drive("push"), r"Drive\('push', .*: must have a valid kind"),
         (drive(drives.PUSHED, STEADY_PUSH[:2]), "a history of 3 × n"),
         (drive(drives.PUSHED, np.nan * STEADY_PUSH), "a history of 3 × n"),
         (drive(drives.PUSHED, 1.0 + STEADY_PUSH), "a history of 3 × n"),
         (drive(drives.PUSHED, -STEADY_PUSH), "a history of 3 × n"),
         (drive(drives.FREE), "striker = .*: must have a body if its drive is FREE"),
         (drive(drives.MOVED, STEADY_PUSH), "striker = .*: must have .* a surface if MOVED"),
-        (push(energy=lambda self, *given: 0.0), "striker = .*: moves nothing"),
-        (push(energy=lambda self, *given: np.nan), "striker = .*: moves nothing"),
+        (push(energy=lambda self, *given: 0.0), "striker = .*: must have a positive energy"),
+        (push(energy=lambda self, *given: np.nan), "striker = .*: must have a positive energy"),
     ],
 )
 def test_an_excitation_that_is_none_is_named(excitation: hl.Excitation, message: str) -> None:
@@ -261,7 +261,7 @@ def own_loss(**members: Any) -> hl.Dissipation:
     ("loss", "message"),
     [
         (own_loss(coefficients=lambda self, mass: mass * np.nan), r"Own\.coefficients = .*: must be 5 finite numbers"),
-        (own_loss(coefficients=lambda self, mass: -mass), r"Own\.coefficients = .*none negative"),
+        (own_loss(coefficients=lambda self, mass: -mass), r"Own\.coefficients = .*of zero or more"),
         (own_loss(coefficients=lambda self, mass: 5.0), r"Own\.coefficients = 5\.0: must be 5 finite numbers"),
         (own_loss(coefficients=lambda self, mass: None), r"Own\.coefficients = None"),
         (own_loss(coefficients=lambda self, mass: mass + 1j), r"Own\.coefficients = array"),

@@ -118,10 +118,10 @@ def wrong_law(**members: Any) -> hl.laws.ContactLaw:
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        (wrong_law(force=lambda law, i, d: law.stiffness[i] * d**2), r"law: Cut\.force at -1e-06 m = 200: not 0"),
+        (wrong_law(force=lambda law, i, d: law.stiffness[i] * d**2), r"law: Cut\.force at -1e-06 m = 200: must be 0"),
         (
             wrong_law(energy=lambda law, i, d: law.stiffness[i] * d**3 / 2.0 if d > 0.0 else 0.0),
-            r"law: Cut\.energy at 1e-07 m = 1e-07: not 6\.66\d*e-08",
+            r"law: Cut\.energy at 1e-07 m = 1e-07: must be 6\.66\d*e-08",
         ),
     ],
 )

@@ -122,7 +122,7 @@ BAD = [
     (lambda: hl.damping.Modal(np.nan), "ratio = nan: must be a finite number"),
     (lambda: hl.damping.Rayleigh(-1.0), "mass_rate = -1.0"),
     (lambda: hl.damping.Rayleigh(0.0, -1e-6), "stiffness_time"),
-    (lambda: chain(hl.damping.StandardLinearSolid(0.4, 4e-6)), "damping = Standard.*: acts on structures only"),
+    (lambda: chain(hl.damping.StandardLinearSolid(0.4, 4e-6)), "damping = Standard.*: .* acts on structures only"),
     (lambda: chain(0.02), "damping = 0.02: must be"),
     (lambda: hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=1, damping=hl.damping.Modal(0.1)), "modes = 1"),
     (lambda: chain(lambda bead: 0.1), "damping = <function .*must be"),

@@ -195,14 +195,17 @@ BAD: dict[str, tuple[Callable[[], Any], str]] = {
     "class": (lambda: chain(hl.laws.Thornton), "law = .*Thornton"),
     "unknown strength": (
         lambda: hl.CoSimulation(chain(LAWS[0], bead=hl.Sphere(5e-3, NAMELESS)), hl.half_space(NAMELESS)),
-        "no material of the chain has a yield strength; give",
+        "must have a yield_strength, as no material",
     ),
-    "line": (lambda: hl.CoSimulation(chain(LAWS[0], bead=CYLINDER), WALL), "touch in a circle"),
+    "line": (lambda: hl.CoSimulation(chain(LAWS[0], bead=CYLINDER), WALL), "with a round contact"),
     "hollow": (
         lambda: hl.CoSimulation(chain(LAWS[1], bead=hl.HollowSphere(5e-3, 4e-3, hl.STEEL_316)), WALL),
-        "needs solid bodies",
+        "must be for solid bodies",
     ),
-    "deformable": (lambda: hl.DeformableChain([SOFT] * 3, SOFT, 0.1, law=LAWS[0]), "needs rigid beads"),
+    "deformable": (
+        lambda: hl.DeformableChain([SOFT] * 3, SOFT, 0.1, law=LAWS[0]),
+        "must not yield in a DeformableChain",
+    ),
 }
 
 

@@ -117,5 +117,5 @@ def test_symmetry_edges_refuse_a_wall_that_is_not_its_own_mirror_image(make: Any
     """Fibres along the edge, or across it, are fine; others bend and twist the wall at once."""
     for angle in (along, along + pi / 2.0):
         make(hl.Laminate([hl.Ply(CARBON, 1e-3, angle)]))
-    with pytest.raises(ValueError, match=rf"supports\['{edge}'\] = 'symmetry': a wall with D₁₆ or D₂₆"):
+    with pytest.raises(ValueError, match=rf"supports\['{edge}'\] = 'symmetry': must have a wall without D₁₆ and D₂₆"):
         make(hl.Laminate([hl.Ply(CARBON, 1e-3, along + 0.3)]))

@@ -38,8 +38,8 @@ def test_bounds_of_the_critical_distance(diameter: float, expected: tuple[float,
     [
         (-0.01, 0.4, r"x = -0\.01: must lie on the plate"),
         (0.4, 1.0, r"y = 1\.0: must lie on the plate, between 0 and 0\.914 m"),
-        (0.0, 0.4, r"x, y = 0, 0\.4: lies on a clamped edge"),
-        (0.914, 0.4, r"x, y = 0\.914, 0\.4: lies on a clamped edge"),
+        (0.0, 0.4, r"x, y = 0, 0\.4: must not lie on a clamped edge"),
+        (0.914, 0.4, r"x, y = 0\.914, 0\.4: must not lie on a clamped edge"),
         (float("nan"), 0.4, "x = nan"),
     ],
 )

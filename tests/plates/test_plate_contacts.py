@@ -129,7 +129,7 @@ def test_contacts_on_a_symmetry_edge_strike_the_whole_plate_once(make: Callable[
     s, ys = 2.0 * np.pi * 1e3, [0.1, 0.17]
     one, other = receptance(half.at([0.0, 0.0], ys), s), receptance(whole.at([0.15, 0.15], ys), s)
     assert one == pytest.approx(other, rel=1e-6)
-    with pytest.raises(ValueError, match=r"x, y = .*: must lie all on a symmetry edge or all inside"):
+    with pytest.raises(ValueError, match=r"x, y = .*: must all lie on a symmetry edge or all inside"):
         half.at([0.0, 0.07], ys)
 
 
@@ -151,17 +151,22 @@ def test_each_contact_sees_the_ply_that_it_touches() -> None:
 @pytest.mark.parametrize(
     ("x", "y", "face", "message"),
     [
-        ([0.1, 0.2], [0.1], "front", "x, y, face: must be equally many, not 2, 1 and 2"),
-        ([0.1, 0.2], 0.1, "front", r"y = 0\.1: must be a list of numbers of m"),
-        ([], [], "front", r"x = \[\]: must be a list of numbers of m"),
+        ([0.1, 0.2], [0.1], "front", "x, y, face: must have equal lengths, not 2, 1 and 2"),
+        ([0.1, 0.2], 0.1, "front", r"y = 0\.1: must be a list of numbers in m"),
+        ([], [], "front", r"x = \[\]: must be a list of numbers in m"),
         ([[0.1], [0.2]], [0.1, 0.2], "front", r"x\[0\] = \[0\.1\]: must be a finite number of m"),
         ([0.1, float("nan")], [0.1, 0.2], "front", r"x\[1\] = nan: must be a finite number of m"),
         ([0.1, [0.2, 0.3]], [0.1, 0.2], "front", r"x\[1\] = \[0\.2, 0\.3\]: must be a finite number of m"),
         ([0.1, None], [0.1, 0.2], "front", r"x\[1\] = None: must be a finite number of m"),
         ("0.1", 0.2, "front", r"x = '0\.1': must be a finite number of m"),
-        ([0.1, 0.1], [0.2, 0.2], "front", r"x, y: contacts 0 and 1 are at one place on the front"),
-        ([0.1, 0.3, 0.1], [0.2, 0.2, 0.2], ["back", "back", "back"], "x, y: contacts 0 and 2 are at one place"),
-        ([0.1, 0.2], [0.1, 0.2], ["front"], "x, y, face: must be equally many, not 2, 2 and 1"),
+        ([0.1, 0.1], [0.2, 0.2], "front", r"x, y: contacts 0 and 1 must not be at the same place on the front"),
+        (
+            [0.1, 0.3, 0.1],
+            [0.2, 0.2, 0.2],
+            ["back", "back", "back"],
+            "x, y: contacts 0 and 2 must not be at the same place",
+        ),
+        ([0.1, 0.2], [0.1, 0.2], ["front"], "x, y, face: must have equal lengths, not 2, 2 and 1"),
         ([0.1, 0.2], [0.1, 0.2], ["front", "bak"], r"face\[1\] = 'bak': must be one of.*did you mean 'back'"),
         ([0.1, 0.2], [0.1, 0.2], None, "face = None: must be a list of faces"),
         (0.1, 0.2, "top", "face = 'top': must be one of 'front', 'back'"),
@@ -177,7 +182,7 @@ def test_contacts_that_cannot_be_struck_are_named() -> None:
     plate = PLATES["kirchhoff_plate"]()
     with pytest.raises(ValueError, match=r"x\[1\] = 0\.41: must lie on the plate"):
         plate.at([0.1, 0.41], [0.1, 0.2])
-    with pytest.raises(ValueError, match=r"x, y = 0\.3, 0: lies on a simple edge, which cannot move"):
+    with pytest.raises(ValueError, match=r"x, y = 0\.3, 0: must not lie on a simple edge, which cannot move"):
         plate.at([0.1, 0.2, 0.3], [0.1, 0.2, 0.0])
     with pytest.raises(ValueError, match=r"patch_radius = 0\.004: at \(0\.0002, 0\.2\) reaches beyond"):
         PLATES["mindlin_plate"]().at([0.1, 0.0002], [0.1, 0.2])

@@ -8,7 +8,6 @@ from scipy import sparse
 from scipy.linalg import eigh, expm
 
 import hertzlink as hl
-from structures.bodies.rod import rod_parts
 from structures.damping import Modal, Rayleigh, StandardLinearSolid, stiffness_parts
 from structures.maxwell import maxwell_arms
 
@@ -88,7 +87,7 @@ def test_each_layer_has_its_own_arm() -> None:
         hl.Layer(hl.PTFE, 0.02, 0.01),
         hl.Layer(hl.MATERIALS["nylon"], 0.03, 0.02),
     ]
-    rod, parts = hl.rod(layers), rod_parts(layers)
+    rod, parts = hl.rod(layers), stiffness_parts(hl.rod(layers))
     assert abs(sum(parts[1:], parts[0]) - rod.stiffness).max() < 1e-12 * abs(rod.stiffness).max()
     given = {1: (0.5, 1e-5), 2: (2.0, 8e-5)}
     for layer, (share, time) in given.items():

@@ -30,7 +30,7 @@ def test_a_parameter_without_an_annotation_is_refused() -> None:
 
     with pytest.raises(
         ValueError,
-        match=r"block: material has no annotation, must have one, such as material: float or material: hl\.quantities",
+        match=r"block: material must have an annotation, such as material: float or material: hl\.quantities",
     ):
         hl.described(block)
 

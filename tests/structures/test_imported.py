@@ -109,7 +109,7 @@ BAD_FILES = [
 
 
 def test_mass_and_stiffness_the_other_way_round_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"mass: its numbers are larger than those of the stiffness"):
+    with pytest.raises(ValueError, match=r"mass: must be the mass matrix, but is larger than the stiffness"):
         hl.from_matrices([[1.7e7]], [[0.0141]], hl.PTFE, contact=[1.0])
     assert hl.from_matrices([[0.5]], [[0.0]], hl.PTFE, contact=[1.0]).size == 1  # a free block
 
@@ -129,7 +129,7 @@ def test_what_does_not_fit_is_refused() -> None:
         ({"contact": "none.txt"}, "contact = 'none.txt': there is no such file"),
         ({"mass": np.eye(3)}, r"mass has shape \(3, 3\): must be \(2, 2\)"),
         ({"stiffness": stiffness[:1]}, r"stiffness has shape \(1, 2\): must be square"),
-        ({"mass": np.zeros((2, 2))}, "mass: all its numbers are zero"),
+        ({"mass": np.zeros((2, 2))}, "mass: must not be zero everywhere"),
         ({"mass": 1j * mass}, "mass: must be a matrix of real numbers"),
         ({"mass": np.diag([1.0, np.nan])}, "mass: must hold finite numbers"),
         ({"mass": Path(__file__).parent}, "mass = .*: is a folder; give a file in it"),

@@ -44,7 +44,7 @@ def test_files_of_modes(tmp_path: Path, text: str, scale: float) -> None:
         ("", "begins with ''"),
         ("900, 1.0\n", "begins with '900,1.0': must begin with 'frequency,shape' or 'frequency,shape,damping_ratio'"),
         ("frequency (kHz),shape\n9, 1\n", "begins with"),
-        ("frequency,shape\n9, 1, 0.1\n", "has 3 columns of numbers below the heads frequency,shape"),
+        ("frequency,shape\n9, 1, 0.1\n", "has 3 columns of numbers; must have those of its first line, freq"),
         ("frequency,shape\n9, x\n", "could not convert string"),
         ("frequency,shape\n-900, 1.0\n", "must be zero or a positive number"),
         ("frequency,shape\nnan, 1.0\n", "must hold finite numbers"),
@@ -60,7 +60,7 @@ def test_other_files_of_modes_are_refused(tmp_path: Path, text: str, message: st
 
 def test_shapes_beside_a_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "modes.csv").write_text("frequency,shape\n900, 1\n", "utf-8")
-    with pytest.raises(ValueError, match="shapes: the file of the modes holds them"):
+    with pytest.raises(ValueError, match="shapes: must be omitted, as the file of the modes holds them"):
         hl.from_modes(tmp_path / "modes.csv", hl.PTFE, shapes=[1.0])
 
 
@@ -76,7 +76,7 @@ def test_a_plate_of_its_lower_modes_reflects_as_the_plate(plate: hl.Structure) -
 
     assert error(higher) < 2e-3
     assert error(0.0) > 5.0 * error(higher)
-    with pytest.warns(hl.HertzlinkWarning, match="lack the compliance of all higher ones"):
+    with pytest.warns(hl.HertzlinkWarning, match="lack the compliance of all higher modes"):
         hl.from_modes(lower, hl.ALUMINIUM_6061, shapes=shapes[:count])
 
 

@@ -99,7 +99,7 @@ def test_an_equal_structure_is_reduced_once(monkeypatch: pytest.MonkeyPatch) -> 
     made = list[object]()
     krylov = reduction.Krylov
     monkeypatch.setattr(reduction, "Krylov", lambda *given: made.append(given) or krylov(*given))
-    monkeypatch.setattr(reduction, "_LATEST", {})
+    monkeypatch.setattr(reduction, "_RECENT", {})
 
     def rod(thickness: float = 0.1, base: str = "free") -> hl.Structure:
         return hl.rod([hl.Layer(hl.STEEL_440C, thickness, 0.01)], elements=60, base=base)
@@ -123,7 +123,7 @@ def test_an_equal_structure_is_reduced_once(monkeypatch: pytest.MonkeyPatch) -> 
         assert answer_of(reduced) == pytest.approx(answer_of(one), rel=0.03)
     for step in range(20):
         hl.reduce(rod(), 3e-4 + 1e-9 * step)
-    assert len(reduction._LATEST) == reduction.MOST_KEPT
+    assert len(reduction._RECENT) == reduction.MOST_KEPT
     with pytest.warns(hl.HertzlinkWarning, match="leave an error"):
         hl.reduce(PLATE.at(0.1, 0.1), 5e-4, 1e-6, 40)
     with pytest.warns(hl.HertzlinkWarning, match="leave an error"):

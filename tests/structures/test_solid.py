@@ -171,7 +171,7 @@ def test_round_faces_can_be_struck() -> None:
     free = solid(mesh, hl.MATERIALS["nylon"], (*TOP[:2], SIDE + 5e-4), patch_radius=WIDE)
     assert free.origin["contact"] == pytest.approx(TOP)
     assert free.contact @ rigid(mesh)[:, 2] == pytest.approx(-1.0)
-    with pytest.raises(ValueError, match=r"must lie on the surface, as"):
+    with pytest.raises(ValueError, match=r"must lie on the surface, such as"):
         solid(mesh, hl.MATERIALS["nylon"], (*TOP[:2], SIDE + 1e-3), patch_radius=WIDE)
 
 
@@ -254,12 +254,12 @@ def twice() -> meshio.Mesh:
         (changed(TETRA, points=10.0 * POINTS), "its shortest edge 0.04 m: in millimetres"),
         (
             changed(TETRA, points=POINTS[:, :2]),
-            r"points of shape \(216, 2\); must be finite numbers, three coordinates each",
+            r"points have shape \(216, 2\); must be finite, with three coordinates each",
         ),
-        (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite numbers"),
+        (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite"),
         (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
-        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "has no tetrahedra or hexahedra"),
-        (meshio.Mesh(POINTS, [("tetra20", FIRST[:, [0] * 20])]), "cells of type 'tetra20'; must be of one type"),
+        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "must have tetrahedra or hexahedra"),
+        (meshio.Mesh(POINTS, [("tetra20", FIRST[:, [0] * 20])]), "cells of type 'tetra20'; must have one type"),
         (twice(), "2 parts of the body share no side of a cell and have no common point"),
     ],
 )
@@ -274,7 +274,7 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
         ({"material": "nylon"}, "material = 'nylon': must be a Material, or a dictionary"),
         (
             {"material": {"lower": hl.MATERIALS["nylon"]}},
-            "material: 400 of 750 cells have none; their tags are 'upper'",
+            "material: 400 of 750 cells have no material; their tags: 'upper'",
         ),
         (
             {"material": {"lower": hl.MATERIALS["nylon"], "uper": hl.MATERIALS["nylon"]}},
@@ -285,22 +285,22 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
             "material = 7: must be one of 'lower', 'upper'",
         ),
         ({"material": {"lower": "steel"}}, r"material\['lower'\] = 'steel': must be a Material"),
-        ({"material": {}}, "material: 750 of 750 cells have none"),
+        ({"material": {}}, "material: 750 of 750 cells have no material"),
         ({"fixed": "bas"}, "fixed = 'bas': must be one of .*did you mean 'base'"),
         ({"fixed": 3}, "fixed = 3: must be one of 'base', 'top', 'held'"),
-        ({"fixed": "top"}, r"fixed = 'top': holds part of the patch about the contact"),
-        ({"contact": (0.01, 0.01, 0.03)}, r"must lie on the surface, as \(0.01, 0.01, 0.02\)"),
+        ({"fixed": "top"}, r"fixed = 'top': must not hold part of the patch about the contact"),
+        ({"contact": (0.01, 0.01, 0.03)}, r"must lie on the surface, such as \(0.01, 0.01, 0.02\)"),
         ({"contact": (0.01, 0.01, 0.01)}, "must lie on the surface"),
         ({"contact": (0.01, 0.01)}, r"must be \(x, y, z\)"),
         ({"contact": (0.01, 0.01, float("nan"))}, r"contact\[2\] = nan: must be a finite number"),
-        ({"contact": (0.005, 0.01, SIDE)}, "the face carries 9. % of the patch"),
+        ({"contact": (0.005, 0.01, SIDE)}, "must fit on the face, which carries 9.% of the patch"),
         ({"contact": (SIDE, SIDE, SIDE)}, "% of the patch"),
         ({"normal": (0.0, 0.0, -1.0)}, r"normal = \(0, 0, -1\): must point outward, as \("),
         ({"normal": (0.0, 0.0, 0.0)}, "normal = .*must point outward"),
         ({"normal": (0.0, 1.0)}, r"normal = .*must be \(x, y, z\)"),
         ({"patch_radius": None}, "edges at the contact .* 0.00111 m, or .* 0.00849"),
         ({"patch_radius": 0.0}, r"patch_radius = 0\.0"),
-        ({"patch_radius": 0.1}, "patch_radius = 0.1: the face carries"),
+        ({"patch_radius": 0.1}, "patch_radius = 0.1: must fit on the face"),
         ({"scale": 0.0}, r"scale = 0\.0"),
         ({"curvature": float("inf")}, "curvature = inf"),
     ],

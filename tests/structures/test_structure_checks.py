@@ -21,7 +21,7 @@ def test_a_negative_eigenvalue_that_no_entry_shows() -> None:
     """All entries obey |Kᵢⱼ| ≤ √(Kᵢᵢ Kⱼⱼ)."""
     stiffness = 1e6 * np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]])
     assert np.linalg.eigvalsh(stiffness)[0] == pytest.approx(-8e5)
-    with pytest.raises(ValueError, match=f"stiffness: {NO_NEGATIVE}, but has one of about -8e\\+05 N/m"):
+    with pytest.raises(ValueError, match=f"stiffness: {NO_NEGATIVE}, but has an eigenvalue of about -8e\\+05 N/m"):
         made(np.eye(3), stiffness, contact=np.ones(3))
 
 
@@ -65,7 +65,7 @@ def test_large_damping_is_examined_when_it_is_used() -> None:
     for one in (fine, hl.damping.damped(fine, hl.damping.Rayleigh(1.0))):
         hl.stepping.MovingStructure(one).step(1e-6)
     bad = hl.Structure(mass, line(600, 0.0), damping, push, 0.0, STEEL)
-    with pytest.raises(ValueError, match=f"damping: {NO_NEGATIVE}, but has one of about -0.8 N s/m"):
+    with pytest.raises(ValueError, match=f"damping: {NO_NEGATIVE}, but has an eigenvalue of about -0.8 N s/m"):
         hl.stepping.MovingStructure(bad).step(1e-6)
 
 

@@ -61,7 +61,7 @@ BODY: Made = (
             {"layers": [STEEL], "patch_radius": 0.02},
             r"patch_radius = 0\.02: must not exceed the cylinder's radius, 0\.0191 m",
         ),
-        (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: need"),
+        (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: make"),
         (
             CYLINDER,
             {"layers": COATED, "patch_radius": 2e-3},
@@ -79,20 +79,20 @@ BODY: Made = (
         (
             BODY,
             {"stiffness": [[1e7, -2e7], [-2e7, 1e7]]},
-            f"stiffness: {NO_NEGATIVE}, but has one of about -1e\\+07 N/m",
+            f"stiffness: {NO_NEGATIVE}, but has an eigenvalue of about -1e\\+07 N/m",
         ),
-        (BODY, {"stiffness": [[0.0, 1e7], [1e7, 1e7]]}, f"stiffness: {NO_NEGATIVE}, but has one of about"),
+        (BODY, {"stiffness": [[0.0, 1e7], [1e7, 1e7]]}, f"stiffness: {NO_NEGATIVE}, but has an eigenvalue of about"),
         (
             BODY,
             {"stiffness": [[2e7, -1e7], [0.0, 1e7]]},
             r"stiffness: must be symmetric, but entries \(0, 1\) and \(1, 0\) differ",
         ),
         (BODY, {"mass": [[0.01, 0.0], [0.0, -0.01]]}, f"mass: {NO_NEGATIVE}, but entry \\(1, 1\\) is -0.01"),
-        (BODY, {"mass": [[0.01, 0.01], [0.01, 0.01]]}, "mass: must be positive definite, but has one of about"),
+        (BODY, {"mass": [[0.01, 0.01], [0.01, 0.01]]}, "mass: must be positive definite, but has an eigenvalue"),
         (BODY, {"damping": [[5.0, 0.0], [0.0, -5.0]]}, f"damping: {NO_NEGATIVE}, but entry \\(1, 1\\) is -5"),
         (BODY, {"damping": [[0.0, 5.0], [-5.0, 0.0]]}, "damping: must be symmetric"),
         (BODY, {"contact": [0.0, 0.0]}, "contact: must not be zero"),
-        (BODY, {"mass": np.diag([0.0, 1.0]), "stiffness": np.diag([0.0, 1e7])}, "degree of freedom 0 has neither"),
+        (BODY, {"mass": np.diag([0.0, 1.0]), "stiffness": np.diag([0.0, 1e7])}, "degree of freedom 0 must have one"),
         (BODY, {"stiffness": np.ones((2, 3))}, r"stiffness has shape \(2, 3\): must be square"),
         (BODY, {"contact": [1.0, 0.0, 0.0]}, r"mass has shape \(2, 2\): must be \(3, 3\)"),
         (BODY, {"contact": [0.0, np.nan]}, "contact: must hold finite numbers"),
@@ -121,7 +121,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (
             lambda: hl.theory.orthotropic_stiffness((1e9,) * 3, (0.6,) * 3, (4e8,) * 3),
-            r"poisson_ratios = \(0\.6, .*too large",
+            r"poisson_ratios = \(0\.6, .*must be smaller",
         ),
         *[
             (lambda bad=bad: hl.theory.indentation_modulus(bad), "stiffness: must be a symmetric, positive definite")
@@ -138,7 +138,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (
             lambda: hl.damping.damped(BAR, Modal(0.1)),
-            r"structure: its 2 degrees of freedom are not modes; reduce it first",
+            r"structure: must consist of modes; reduce it first",
         ),
         (lambda: StandardLinearSolid(0.0, 1e-6), "share"),
         (lambda: StandardLinearSolid(0.1, 0.0), "time"),
@@ -154,10 +154,10 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             "part: the structure has Maxwell arms already",
         ),
         (lambda: hl.damping.damped(BAR, 0.1), r"damping = 0\.1: must be hl\.damping\.Rayleigh, Modal or"),
-        (lambda: hl.damping.damped(BAR, Rayleigh(1.0), part=0), "part: only a StandardLinearSolid acts on a part"),
+        (lambda: hl.damping.damped(BAR, Rayleigh(1.0), part=0), "only a StandardLinearSolid acts on a part"),
         (
             lambda: hl.damping.damped(hl.reduce(BAR, 1e-3), StandardLinearSolid(1.0, 1e-5), part=0),
-            "this rod lost its field when it was reduced",
+            "this rod lost its field in the reduction",
         ),
         (
             lambda: hl.damping.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9),
@@ -167,7 +167,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         *[
             (
                 lambda force=force: TWO_MOVING.advance(TWO_MOVING.start(), force, 1e-6),
-                "force = .*: must be 2 numbers of N",
+                "force = .*: must be 2 numbers in N",
             )
             for force in (1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], None, "ab")
         ],
@@ -183,7 +183,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: theory.secondary_delay(1.0, 0.0, 0.0), "^lower_stiffness = 0.0: must be a positive number of N/m"),
         # Rods
         (lambda: hl.Layer(hl.STEEL_440C, 25.4, 9.525), r"radius = 9\.525: must be at most 5 m; is it in millimetres"),
-        (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 are too many"),
+        (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 in the rod are"),
         # Materials and surfaces
         *[
             (lambda bad=bad: hl.Material(bad, 0.3, 1e3), "youngs_modulus = ")
