@@ -131,18 +131,18 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
 
     # The drives. The history of a piston starts at its static position.
     drives = [chain.chain.excitation.drive for chain in chains]
-    kinds, spring = np.array([drive.kind for drive in drives]), np.array([float(drive.spring) for drive in drives])
+    kinds, springs = np.array([drive.kind for drive in drives]), np.array([float(drive.spring) for drive in drives])
     loads = np.array([chain.dead_load for chain in chains])
     histories = [np.array(drive.history, dtype=float) for drive in drives]
     for history, place in zip(histories, ends["rest"] * (kinds == MOVED), strict=True):
         history[1] += place
     drive = Drives(
-        (kinds != FREE) | (spring != 0.0) | (loads != 0.0),
+        (kinds != FREE) | (springs != 0.0) | (loads != 0.0),
         kinds,
         np.cumsum([0, *(history.shape[1] for history in histories)]),
         np.concatenate(histories, axis=1),
         loads,
-        spring,
+        springs,
         ends["rest"] + [drive.left for drive in drives],
     )
     return Chains(

@@ -87,9 +87,7 @@ def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
     return int(number)
 
 
-def each(
-    check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
-) -> NDArray[np.float64]:
+def each(check: Callable[[str, float, str], float], name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
     """Return `value` as an array; raise a ValueError if one of its numbers fails the check."""
     try:
         array = np.asarray(value)

@@ -9,9 +9,8 @@ import numpy as np
 from scipy import io, sparse
 
 from structures.caution import caution
-from structures.checks import count_of, each, existing, not_negative
+from structures.checks import count_of, each, existing, finite, not_negative
 from structures.described import described_as
-from structures.linear_algebra.factor import numbers
 from structures.material import Material
 from structures.quantities import Asks, Component, Curvature, InFile, Quantity, Scale
 from structures.structure import Structure, oscillators
@@ -75,7 +74,7 @@ def from_matrices(
         raise ValueError("mass: must not be zero everywhere")
     if 0.0 < stiffest < heaviest:  # a body whose fastest vibration takes seconds
         raise ValueError("mass: must be the mass matrix, but is larger than the stiffness; the mass comes first")
-    vector = _table("contact", contact).ravel() if isinstance(contact, str | Path) else numbers("contact", contact)
+    vector = _table("contact", contact).ravel() if isinstance(contact, str | Path) else each(finite, "contact", contact)
     origin = {
         name: _source(value) for name, value in {"mass": mass, "stiffness": stiffness, "contact": contact}.items()
     }
@@ -136,9 +135,9 @@ def from_modes(
         if damping_ratios is None and table.shape[1] == 3:
             stated = table[:, 2]
     else:
-        hertz = np.atleast_1d(numbers("frequencies", frequencies))
-        vector = numbers("shapes", shapes if shapes is not None else [])
-    count, ratios = hertz.size, np.atleast_1d(numbers("damping_ratios", stated)).ravel()
+        hertz = np.atleast_1d(each(finite, "frequencies", frequencies))
+        vector = each(finite, "shapes", shapes if shapes is not None else [])
+    count, ratios = hertz.size, np.atleast_1d(each(finite, "damping_ratios", stated)).ravel()
     if hertz.ndim != 1 or not count or vector.ndim == 0 or len(vector) != count:
         raise ValueError(f"shapes has shape {vector.shape}: must have a row for each of {count} frequencies")
     if ratios.size not in (1, count):
@@ -172,7 +171,7 @@ def _matrix(name: str, value: Any) -> sparse.csr_array:
             raise ValueError(f"{name}: {error}") from None
     if np.iscomplexobj(value):
         raise ValueError(f"{name}: must be a matrix of real numbers")
-    return sparse.csr_array(value if sparse.issparse(value) else np.atleast_2d(numbers(name, value)), dtype=float)
+    return sparse.csr_array(value if sparse.issparse(value) else np.atleast_2d(each(finite, name, value)), dtype=float)
 
 
 def _table(name: str, path: str | Path, heads: tuple[str, ...] = ()) -> Any:
@@ -189,7 +188,7 @@ def _table(name: str, path: str | Path, heads: tuple[str, ...] = ()) -> Any:
         raise ValueError(
             f"{what}: has {count_of(table.shape[1], 'column')} of numbers; must have those of its first line, {head}"
         )
-    return numbers(what, table)
+    return each(finite, what, table)
 
 
 def _source(value: Any) -> str:

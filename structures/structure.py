@@ -14,7 +14,7 @@ from structures.checks import count_of, each, finite, instance, listed, positive
 from structures.described import described_as
 from structures.field import Field
 from structures.fineness import fineness, finer
-from structures.linear_algebra.factor import Matrices, numbers, symmetric
+from structures.linear_algebra.factor import Matrices, symmetric
 from structures.material import Material
 from structures.surface import Surface
 
@@ -76,7 +76,7 @@ class Structure:
     """A function that makes the structure again. It is not a field, so that a changed copy does not have it."""
 
     def __post_init__(self) -> None:
-        contact = numbers("contact", self.contact)
+        contact = each(finite, "contact", self.contact)
         if contact.ndim not in (1, 2) or contact.shape[1:] == (0,):
             raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
         contact = contact if contact.shape[1:] > (1,) else contact.ravel()

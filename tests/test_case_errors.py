@@ -163,7 +163,7 @@ WRONG_PLATES = [
     ('at = ["60 mm", "100 mm"]', "", 6, "structure.at: is missing; give the point that is struck"),
     ('thickness = "2 mm"', 'thickness = "2 mm"\nadditions = [{ kind = "point_mass", at = [9, 9], mass = "1 g" }]', 11, "structure.additions: PointMass(x=9.0, y=9.0, mass=0.001) must lie on the plate"),
     ('thickness = "2 mm"', 'thickness = "2 mm"\ncells = [10, 0]', 11, "structure.cells[1]: 0 must be at least 1"),
-    ('["2 mm", "3 mm"]', "[2, 3]", 19, "3.0 exceeds the plate's shorter side, 0.2 m; did you mean \"3 mm\"?"),
+    ('["2 mm", "3 mm"]', "[2, 3]", 19, "3.0 must not exceed the shorter side, 0.2 m; did you mean \"3 mm\"?"),
     ('thickness = "2 mm"', 'thickness = "2 mm"\nedge = "free"', 11, "structure.edge: is not an entry here; did you mean supports?"),
     ('kind = "kirchhoff_plate"', 'kind = "plate"', 7, '"plate" is not a kind; did you mean'),
     # Sweeps.

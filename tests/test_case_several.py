@@ -89,7 +89,7 @@ WRONG: list[tuple[str, Any, str]] = [
     ("structure.face", ["front"], r"structure\.face"),
     ("structure.face", ["up", "down"], r'structure\.face\[0\]: "up" is not possible'),
     ("structure.material", {"plies": []}, r"structure\.material\.plies: \[\] has 0 entries"),
-    ("structure.thickness", None, r"structure\.thickness: is missing; must be a positive number of m; only a Lam"),
+    ("structure.thickness", None, r"structure\.thickness: is missing; must be a positive number of m, unless mat"),
     (
         "structure.material",
         {"plies": [{"material": "PTFE", "thickness": 1e-3}]},

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from structures.linear_algebra.factor import numbers
+from structures.checks import each, finite
 from structures.structure import Vector
 
 # The integrals run over this number of lines in the surface, and of directions around each line. The error decreases
@@ -37,8 +37,8 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     >>> carbon.shape, round(float(carbon[0, 0]) * 1e-9, 1)
     ((6, 6), 140.8)
     """
-    e, nu = numbers("moduli", moduli), numbers("poisson_ratios", poisson_ratios)
-    g = numbers("shear_moduli", shear_moduli)
+    e, nu = each(finite, "moduli", moduli), each(finite, "poisson_ratios", poisson_ratios)
+    g = each(finite, "shear_moduli", shear_moduli)
     for name, three, least in (("moduli", e, 1.0), ("poisson_ratios", nu, -np.inf), ("shear_moduli", g, 1.0)):
         if three.shape != (3,) or three.min() <= least:
             raise ValueError(f"{name} = {three.tolist()}: must be three numbers{' above 1 Pa' * (least == 1.0)}")
@@ -73,7 +73,7 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
     >>> print(f"{1e-9 * hl.theory.indentation_modulus(ply):.2f} GPa")
     11.62 GPa
     """
-    matrix = numbers("stiffness", stiffness)
+    matrix = each(finite, "stiffness", stiffness)
     symmetric = matrix.shape == (6, 6) and np.abs(matrix - matrix.T).max() <= 1e-9 * np.abs(matrix).max()
     if not symmetric or np.linalg.eigvalsh(matrix).min() <= 0.0:
         raise ValueError("stiffness: must be a symmetric, positive definite matrix of 6 × 6 numbers of Pa")

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from skfem import ElementHex2, ElementTetP2, MeshHex1, MeshHex2, MeshTet1, MeshTet2
+from skfem import ElementHex2, ElementTetP2, FacetBasis, MeshHex1, MeshHex2, MeshTet1, MeshTet2
 
 from structures.caution import caution
 from structures.checks import instance
@@ -96,6 +96,10 @@ class BodyMesh:
             missing = [tag for tag, cells in self.cells.groups.items() if np.isin(cells, bare).any()]
             raise ValueError(f"material: {bare.size} of {count} cells have no material; their tags: {names(missing)}")
         return list(material.values()), owner
+
+    def area(self, facets: Numbers) -> float:
+        """Return the area of facets, m²."""
+        return float(FacetBasis(self.mesh, self.element(), facets=facets, intorder=self.order).dx.sum())
 
 
 def _check_shapes(points: Vector, corners: Numbers) -> None:

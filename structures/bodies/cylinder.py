@@ -155,4 +155,6 @@ def _graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vecto
 
 def _check_size(cells: float) -> None:
     if not cells <= MOST_CELLS:
-        raise ValueError(f"patch_radius, highest_frequency, cells: make {cells:.3g} elements; at most {MOST_CELLS} fit")
+        raise ValueError(
+            f"patch_radius, highest_frequency, cells: must make at most {MOST_CELLS} elements, not {cells:.3g}"
+        )

@@ -106,8 +106,7 @@ def solid(
     if fixed is not None:
         facets = body.facets.of("fixed", fixed)
         held = basis.get_dofs(facets).all()
-        area = FacetBasis(body.mesh, body.element(), facets=facets, intorder=body.order).dx.sum()
-        support = {"fixed_facets": facets.size, "fixed_area": float(area)}
+        support = {"fixed_facets": facets.size, "fixed_area": body.area(facets)}
         if np.any(spread[held] != 0.0):
             raise ValueError(f"fixed = {fixed!r}: must not hold part of the patch about the contact {patch.place} m")
     free = np.setdiff1d(np.arange(basis.N), held)

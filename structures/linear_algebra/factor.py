@@ -10,6 +10,7 @@ from scipy import sparse
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import SuperLU, eigsh, splu
 
+from structures.checks import each, finite
 from structures.linear_algebra.one_thread import one_thread
 
 Vector: TypeAlias = NDArray[np.float64]
@@ -98,7 +99,7 @@ class Matrices:
 
 def symmetric(name: str, value: Any) -> sparse.csr_array:
     """Return a csr_array; raise a ValueError unless it is square, finite, symmetric and, if small, semidefinite."""
-    matrix = value if sparse.issparse(value) else np.atleast_2d(numbers(name, value))
+    matrix = value if sparse.issparse(value) else np.atleast_2d(each(finite, name, value))
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise ValueError(f"{name} has shape {matrix.shape}: must be square")
     matrix = matrix if isinstance(matrix, sparse.csr_array) else sparse.csr_array(matrix)
@@ -160,15 +161,3 @@ def is_definite(name: str, matrix: sparse.csr_array) -> bool:
     except (np.linalg.LinAlgError, RuntimeError):  # RuntimeError: a pivot is zero
         return False
     return bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)
-
-
-def numbers(name: str, values: object) -> Vector:
-    """Return an array of finite numbers, or raise a ValueError."""
-    try:
-        given: NDArray[Any] = np.asarray(values)
-        array = np.asarray(np.nan if given.dtype.kind == "c" else given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        array = np.array(np.nan)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name}: must hold finite numbers")
-    return array

@@ -300,7 +300,7 @@ PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must be at most"),
+        (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must lie between"),
         (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 0.0: must be a positive"),
         (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.0), "distance = 0.0: must be a positive"),
         (
@@ -308,18 +308,21 @@ PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
             "highest_frequency = 1e-300: must be a positive number",
         ),
         (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=[]), "impact_speed = []: must be a finite number"),
-        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must be at most"),
+        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must lie between"),
         (
             lambda: hl.reduce(hl.half_plane(2e-3, hl.PTFE, "free", 0.02), 1e-4, pulse=1e-300),
             "pulse = 1e-300: must be a",
         ),
         (lambda: hl.theory.yield_pressure(None), "material = None: must be a Material"),
-        (lambda: hl.theory.indentation_modulus("x"), "stiffness: must hold finite numbers"),
-        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "stiffness: must hold finite numbers"),
-        (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "stiffness: must hold finite numbers"),
-        (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "moduli: must hold finite numbers"),
-        (lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]), "poisson_ratios: must hold finite"),
-        (lambda: hl.theory.orthotropic_stiffness(PLY[0], PLY[1], {}), "shear_moduli: must hold finite numbers"),
+        (lambda: hl.theory.indentation_modulus("x"), "must be a number or an array of numbers"),
+        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "must be a number or an array of numbers"),
+        (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "must be a number or an array of numbers"),
+        (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "moduli = (1j, 1, 1): must be a number"),
+        (
+            lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]),
+            "poisson_ratios = [[1, 2], [3]]: must be a number",
+        ),
+        (lambda: hl.theory.orthotropic_stiffness(PLY[0], PLY[1], {}), "shear_moduli = {}: must be a number"),
     ],
 )
 def test_bad_input_to_what_predicts_it(call: Callable[[], object], message: str) -> None:

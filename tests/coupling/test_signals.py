@@ -91,7 +91,7 @@ def test_a_signal_that_is_no_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for name, target in (("loop", "loop"), ("messages", "/proc/kmsg")):
         (tmp_path / name).symlink_to(target)
-    no_files = dict.fromkeys(("pipe", "loop", "messages"), "is no regular file")
+    no_files = dict.fromkeys(("pipe", "loop", "messages"), "is not a regular file")
     for name, said in {"none.csv": "there is no such file", "": "is a folder", **no_files}.items():
         with pytest.raises(ValueError, match=f"path = '{tmp_path / name}': {said}"):
             read_signal(tmp_path / name, {7: 1}, calibration=20.0)

@@ -13,7 +13,7 @@ import pytest
 
 import structures
 
-COMPILES, EACH_TIME = "compiling kernels that this machine", "compiling kernels of pieces that are not hertzlink's"
+COMPILES, EACH_TIME = "compiling kernels that this machine", "compiling kernels for pieces that are not hertzlink's"
 
 LOOP = """
 from structures.kernels.compiling import entry, inner
@@ -149,7 +149,7 @@ def test_without_a_folder_kernels_last_as_long_as_the_process(
     nowhere = {"HOME": "/proc/none", "XDG_CACHE_HOME": "", "TMPDIR": str(tmp_path)}
     numbers, found, lines = printed(LAW, "particles.kernels.laws", "", "child", **nowhere, **settings)
     assert (numbers, found) == ([6.0, 6.0], True)
-    assert lines[0].startswith("compiled kernels cannot be kept")
+    assert lines[0].startswith("compiled kernels cannot be cached")
     assert [line.startswith(COMPILES) for line in lines[1:]] == [True]
     assert not list(tmp_path.glob("hertzlink-*"))
 

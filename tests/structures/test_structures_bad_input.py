@@ -61,7 +61,7 @@ BODY: Made = (
             {"layers": [STEEL], "patch_radius": 0.02},
             r"patch_radius = 0\.02: must not exceed the cylinder's radius, 0\.0191 m",
         ),
-        (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: make"),
+        (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: must make"),
         (
             CYLINDER,
             {"layers": COATED, "patch_radius": 2e-3},
@@ -95,7 +95,7 @@ BODY: Made = (
         (BODY, {"mass": np.diag([0.0, 1.0]), "stiffness": np.diag([0.0, 1e7])}, "degree of freedom 0 must have one"),
         (BODY, {"stiffness": np.ones((2, 3))}, r"stiffness has shape \(2, 3\): must be square"),
         (BODY, {"contact": [1.0, 0.0, 0.0]}, r"mass has shape \(2, 2\): must be \(3, 3\)"),
-        (BODY, {"contact": [0.0, np.nan]}, "contact: must hold finite numbers"),
+        (BODY, {"contact": [0.0, np.nan]}, "contact = nan: must be a finite number"),
         (BODY, {"surface": "flat"}, "surface = 'flat': must be a Surface"),
         (BODY, {"valid_until": 0.0}, r"valid_until = 0\.0: must be a positive number of s"),
     ],
