@@ -1,1 +1,1 @@
-"""The contact interface, the co-simulation, and what is measured on it. May use all other rooms."""
+"""The contact interface, the co-simulation and its measures. This room may use all other rooms."""

@@ -1,7 +1,7 @@
-"""The loop over windows in Python: for participants of a user, and for structures that the compiled engine cannot take.
+"""The window loop in Python, for a user's participants and for structures that the compiled engine cannot take.
 
-For each window a scheme finds the mean forces on which both sides agree: predicted forces push the structures, the
-chains follow their surfaces, and the forces that they answer less those that pushed are the residual.
+In each window a scheme finds the mean forces on which both sides agree. Predicted forces push the structures, the
+chains follow the surfaces and answer with forces of their own. The difference of these forces is the residual.
 """
 
 from collections.abc import Sequence
@@ -25,16 +25,16 @@ from structures.moving import MovingStructure
 from structures.quantities import Count, Quantity
 from structures.structure import Vector
 
-MOST_HALVINGS = 12  # of a window that does not converge, before the run stops
-MOST_TRIALS = 60  # of Newton's method before the window is halved; it takes three or four
-MOST_MADE = 0.05  # part of the impact energy; an exchange that makes or loses more is no motion of the bodies
-LARGEST_GAIN = 0.01  # part of the impact energy that a passive participant may give back beyond what it received
-PROBE = 0.01  # part of the greatest force with which a user's participant is tested before the run
-STILL = 1e-14  # of the greatest approach, a way of a surface that gives Newton's method no slope
+MOST_HALVINGS = 12  # halvings of a window that does not converge, before the run stops
+MOST_TRIALS = 60  # trials of Newton's method before the window is halved; three or four usually suffice
+MOST_MADE = 0.05  # part of the impact energy; an exchange that creates or loses more does not describe the bodies
+LARGEST_GAIN = 0.01  # part of the impact energy that a passive participant may return beyond what it received
+PROBE = 0.01  # part of the greatest force; the test force on a user's participant before the run
+STILL = 1e-14  # part of the greatest approach; a smaller motion of a surface gives Newton's method no slope
 
-# Of forces, in units of the greatest one; below the range lies rounding.
+# A tolerance of forces, in units of the greatest force. Values below the range are rounding errors.
 Tolerance = Annotated[float, Quantity(low=1e-14, high=1.0)]
-# From 2 on no fixed-point iteration converges, however stiff the structure.
+# With a factor of 2 or more no fixed-point iteration converges, however stiff the structure is.
 Relaxation = Annotated[float, Quantity(high=2.0, ends=False)]
 
 
@@ -43,18 +43,18 @@ class NotConverged(RuntimeError):
 
 
 class Scheme:
-    """How both sides come to agree on the mean forces of a window."""
+    """A rule by which both sides agree on the mean forces of a window."""
 
-    # Enough where both sides agree on every window. With 64 in the shortest contact the worst amplitude ratio found, on
-    # a tip of one bead's mass that chatters, was off by 3e-4; the error falls with the square.
+    # With 64 windows in the shortest contact the largest error of AR that was found is 3e-4, on a chattering tip with
+    # the mass of one bead. The error falls with the square of the window's length.
     windows_per_contact = 112
     tolerance: Any
     largest_count = 1
-    predictor = 2  # the order of its polynomial; those of higher order are unstable
+    predictor = 2  # the order of the polynomial that predicts the forces; higher orders are unstable
 
     @property
     def repeats(self) -> bool:
-        """Whether it repeats a window from the same state, which needs participants that can."""
+        """Whether the scheme repeats windows. Participants must then be able to repeat a window from an old state."""
         return self.tolerance is not None
 
 
@@ -65,7 +65,7 @@ class Condensed(Scheme):
     Parameters
     ----------
     tolerance : float
-        Of the mean force, in units of the greatest force that the contact could bear.
+        Largest error of the mean force, in units of the greatest force that the contact can reach.
 
     Notes
     -----
@@ -85,23 +85,23 @@ class Condensed(Scheme):
 
 @described
 class Explicit(Scheme):
-    """One exchange a window: predicted forces push the structures, and the chains follow their new surfaces.
+    """One exchange in each window: predicted forces push the structures, and the chains follow the new surfaces.
 
     Parameters
     ----------
     predictor : int
-        Order of the polynomial through the last mean forces, 0 to 2. 0 repeats the last force, and the scheme is of
-        first order; with 1 and 2 it is of second order.
+        Order of the polynomial through the last mean forces, 0 to 2. With 0 the last force is repeated, and the scheme
+        is of first order; with 1 and 2 it is of second order.
     tolerance : float or None
-        The greatest difference between predicted and answered forces, in units of the greatest force that the contact
-        could bear. The window is halved where it is exceeded. None accepts every window, for a participant that
-        cannot repeat one.
+        Largest difference between predicted and answered forces, in units of the greatest force that the contact can
+        reach. A window with a larger difference is halved. None accepts every window; use it for a participant that
+        cannot repeat a window.
 
     Notes
     -----
-    Explicit schemes create or lose energy, see interface_mismatch in the result. The tolerance stops a scheme that
-    becomes unstable on a light structure, but seldom rescues it. A force that jumps, as where a contact with a dashpot
-    closes, remains wrong in any window; it is accepted once its impulse is small.
+    Explicit schemes create or lose energy; see `interface_mismatch` in the result. The tolerance stops a scheme that
+    becomes unstable on a light structure, but seldom rescues the run. A force that jumps, for example where a contact
+    with a dashpot closes, is wrong in a window of any length; the window is accepted once the impulse is small.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class Explicit(Scheme):
 class Iterated(Scheme):
     """Both sides repeat a window until the forces agree and the surfaces come to rest.
 
-    No step divides by a residual, which is zero as long as a gap is open.
+    No step divides by the residual, because it is zero as long as a gap is open.
     """
 
     tolerance: Tolerance = 1e-9
@@ -133,12 +133,12 @@ class Aitken(Iterated):
     Parameters
     ----------
     tolerance : float
-        Of the mean forces, in units of the greatest force that a contact could bear, and of the surfaces, in units of
-        the greatest approach.
+        Largest error of the mean forces, in units of the greatest force that a contact can reach, and largest last
+        change of the surfaces, in units of the greatest approach.
     relaxation : float
         The relaxation factor of the first repetition, between 0 and 2.
     largest_count : int
-        Repetitions of a window, after which it is halved.
+        Number of repetitions after which a window is halved.
 
     References
     ----------
@@ -158,11 +158,11 @@ class IQN_ILS(Iterated):
     Parameters
     ----------
     tolerance, relaxation, largest_count
-        As in `Aitken`; repetitions are relaxed as long as there are no differences.
+        As in `Aitken`. The relaxation serves repetitions for which no differences are known yet.
     reuse : int
-        Number of earlier windows whose differences are used, if they have the same length.
+        Number of earlier windows of the same length whose differences are used.
     filtering : float
-        A difference that adds less than this part of its length to the newer ones is dropped.
+        A difference is dropped if the part of it that the newer ones do not span is shorter than this part of it.
 
     References
     ----------
@@ -180,11 +180,11 @@ class IQN_ILS(Iterated):
 
 
 class Trial(NamedTuple):
-    """A trial of a window: forces that the chains answered less those that pushed, forces answered, N; surfaces, m."""
+    """A trial of a window."""
 
-    residual: Vector
-    answer: Vector
-    surface: Vector
+    residual: Vector  # the answer less the forces that pushed the structures, N
+    answer: Vector  # mean forces that the chains answered, N
+    surface: Vector  # displacements of the surfaces at the end, m
 
 
 Pairs = Sequence[tuple[Vector, Vector]]
@@ -192,7 +192,7 @@ Pairs = Sequence[tuple[Vector, Vector]]
 
 
 def by_newton(trials: Sequence[Trial], slope: Vector, compliance: Vector, still: float) -> Vector:
-    """Return the next change of the forces by Newton's method on answer(w_free + C F) − F, and renew its slopes."""
+    """Return the next change of the forces by Newton's method on answer(w_free + C F) − F, and update the slopes."""
     residual, answer, surface = trials[-1]
     if len(trials) > 1:
         moved = surface - trials[-2].surface
@@ -202,7 +202,7 @@ def by_newton(trials: Sequence[Trial], slope: Vector, compliance: Vector, still:
 
 
 def by_least_squares(trials: Sequence[Trial], earlier: Pairs, scheme: IQN_ILS) -> Vector:
-    """Return the change of the answers for the least residual, from the differences of this window and earlier ones."""
+    """Return the change of the forces that makes the residual least, from differences of this and earlier windows."""
     residual, pairs = trials[-1].residual, [*differences(trials), *earlier]
     while pairs:
         matrix = np.array([column for column, _ in pairs]).T
@@ -211,7 +211,7 @@ def by_least_squares(trials: Sequence[Trial], earlier: Pairs, scheme: IQN_ILS) -
         added[: len(upper)] = abs(np.diagonal(upper))
         little = np.flatnonzero(added <= scheme.filtering * np.linalg.norm(matrix, axis=0))
         if not little.size:
-            # Σ cᵢ Δresidualᵢ = −residual in the least squares; Σ cᵢ Δanswerᵢ is then the change of the answers.
+            # By least squares Σ cᵢ Δresidualᵢ = −residual; the answers then change by Σ cᵢ Δanswerᵢ.
             parts = np.linalg.solve(upper, -(directions.T @ residual))
             change: Vector = np.array([other for _, other in pairs]).T @ parts + residual
             return change
@@ -225,16 +225,16 @@ def differences(trials: Sequence[Trial]) -> Pairs:
 
 
 class Window(NamedTuple):
-    """One that ended at a time, s: its length, s; surfaces at its end, m; mean forces that the chains answered, N."""
+    """A window that has ended."""
 
-    time: float
-    length: float
-    surface: Vector
-    force: Vector
+    time: float  # of its end, s
+    length: float  # s
+    surface: Vector  # displacements at its end, m
+    force: Vector  # mean forces that the chains answered, N
 
 
 class Loop:
-    """Both sides of a run at the end of a window, its ledger, and what the next window starts from. K contacts."""
+    """Both sides of a run at the end of a window, the ledger, and the start values of the next window; K contacts."""
 
     def __init__(self, interface: Interface, scheme: Scheme) -> None:
         self.interface, self.scheme, self.time = interface, scheme, 0.0
@@ -243,10 +243,10 @@ class Loop:
         self.surface, self.slope = np.zeros((2, interface.size))
         self.contact, self.past = np.zeros(interface.size, CONTACT), list[Window]()
         self.tried, self.windows, self.residual = 0, 0, 0.0
-        self.earlier: list[Pairs] = []  # of the last windows that were repeated, newest first; all of one length
+        self.earlier: list[Pairs] = []  # differences of the last repeated windows, newest first, all of one length
 
     def advance(self, length: float, halvings: int = MOST_HALVINGS) -> None:
-        """Move on by a window of `length` s; one for which no forces are found is halved at most so many times."""
+        """Advance by a window of `length` s. If no forces are found, halve it, at most `halvings` times."""
         try:
             self.exchange(length)
         except NotConverged as found:
@@ -256,7 +256,7 @@ class Loop:
                 self.advance(length / 2.0, halvings - 1)
 
     def exchange(self, length: float) -> None:
-        """Move on by a window of `length` s under the forces on which both sides agree."""
+        """Advance by a window of `length` s under the forces on which both sides agree."""
         interface, scheme, force, trials = self.interface, self.scheme, self.predicted(length), list[Trial]()
         begin, linear = self.structures, isinstance(scheme, Condensed)
         slope, compliance = self.slope.copy(), np.zeros((interface.size, interface.size))
@@ -267,7 +267,7 @@ class Loop:
                 used = seats >= 0
                 compliance[np.ix_(seats[used], seats[used])] = body.compliance(length)[np.ix_(used, used)]
         enough = inf if scheme.tolerance is None else scheme.tolerance * interface.force_scale
-        if isinstance(scheme, Explicit):  # in short windows the impulse counts
+        if isinstance(scheme, Explicit):  # in short windows the impulse counts, not the force
             enough *= max(1.0, interface.contact_time / scheme.windows_per_contact / length)
         still = scheme.tolerance * interface.indentation_scale if isinstance(scheme, Iterated) else inf
 
@@ -296,7 +296,7 @@ class Loop:
             elif isinstance(scheme, IQN_ILS):
                 force = force + by_least_squares(trials, [pair for pairs in known for pair in pairs], scheme)
             elif isinstance(scheme, Iterated):
-                part = scheme.relaxation  # of the residual, from all of the window by Aitken's rule
+                part = scheme.relaxation  # factor of the residual, by Aitken's rule from all trials of the window
                 for before, now in pairwise(trials):
                     change = now.residual - before.residual
                     if (square := float(change @ change)) > 0.0:
@@ -310,7 +310,7 @@ class Loop:
         contact["surface"] = surface
         made = float(abs((contact["given"] - contact["work"]).sum())) / interface.impact_energy
         if isinstance(scheme, Explicit) and scheme.repeats and made > MOST_MADE:
-            raise NotConverged(f"the exchange has made or lost {made:.2g} of the impact energy")
+            raise NotConverged(f"the exchange has created or lost {made:.2g} of the impact energy")
         if isinstance(scheme, IQN_ILS):
             self.earlier = [*filter(None, [differences(trials[:-1])]), *known][: scheme.reuse]
         self.chains, self.structures, self.contact, self.slope = chains, ends, contact, slope
@@ -319,7 +319,7 @@ class Loop:
         self.windows, self.residual = self.windows + 1, max(self.residual, wrong)
 
     def predicted(self, length: float) -> Vector:
-        """Return the mean forces of a window, N, by the polynomial through those of the last ones; none pulls."""
+        """Return the predicted mean forces, N, by a polynomial through those of the last windows; no contact pulls."""
         past, now, total = self.past[-self.scheme.predictor - 1 :], self.time + length / 2.0, np.zeros_like(self.slope)
         middles = [window.time - window.length / 2.0 for window in past]
         for window, middle in zip(past, middles, strict=True):
@@ -328,7 +328,7 @@ class Loop:
         return np.asarray(np.maximum(total, -self.interface.static))
 
     def follow(self, surface: Vector, length: float) -> tuple[list[Any], Vector]:
-        """Return the chains and their mean forces, N, after their surfaces moved straight to these places, m."""
+        """Return the chains and their mean forces, N, after the surfaces moved in straight lines to places, m."""
         interface, chains, force = self.interface, [], np.empty(self.interface.size)
         for chain, state, seats in zip(interface.chains, self.chains, interface.of_chain, strict=True):
             motion: Any = self.surface[seats], surface[seats]
@@ -349,7 +349,7 @@ class Loop:
         totals = np.array([(len(self.past), self.tried, self.windows, self.residual)], TOTALS)
         run = Run(*interface.together(self.chains), none, self.contact, chain, node, window, totals)
         work = np.zeros((WORK_ROWS, interface.coordinates))
-        # Python moves the structures, and enters their energies below.
+        # The structures are not in this record: Python moves them, and their energies are entered below.
         elsewhere = dense(*np.zeros((2, 0, 0)), np.zeros(len(interface.structures) + 1, int), *np.zeros((3, 0, 0)))
         record_row(frames.saved, row, self.time, run, interface.model, elsewhere, work)
         if row % frames.saved.every:
@@ -361,9 +361,9 @@ class Loop:
 
 
 def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: float, stride: int) -> None:
-    """Fill the frames by windows of `length` s, of which `stride` make a saved interval.
+    """Fill the frames by windows of `length` s; `stride` windows make a saved interval.
 
-    Raises NotConverged, FloatingPointError, and ValueError for participants that do not do as they must.
+    Raises NotConverged, FloatingPointError, and ValueError for participants that break the rules of `Participant`.
     """
     loop = Loop(interface, scheme)
     boxes = [(place, body) for place, body in enumerate(interface.structures) if isinstance(body, CheckedParticipant)]
@@ -377,7 +377,7 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
             loop.advance(length)
         except NotConverged as found:
             for place, body in repeated:
-                # Under the load at which the scheme gave up, and twice that load.
+                # Perhaps a participant does not repeat a window: test it with the last forces, and with twice these.
                 for forces in (body.last_forces, 2.0 * body.last_forces):
                     body.check_repeats(loop.structures[place], forces, length)
             raise NotConverged(f"window {done}, {found}") from None
@@ -394,6 +394,6 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
             if body.passive and work < -LARGEST_GAIN * interface.impact_energy:
                 raise ValueError(
                     f"{body.name}.advance gives back more energy than it received, {-work:.3g} J up to t = "
-                    f"{loop.time:.6g} s; check the displacement's sign and unit, or set passive = False"
+                    f"{loop.time:.6g} s; check the sign and the unit of the displacement, or set passive = False"
                 )
     frames.count_damping(interface)

@@ -34,13 +34,15 @@ class CoSimulation:
     chain : Chain or list of Chain
         The chain, or several chains.
     structure : Structure, MovingStructure, Participant, ContactPoint or None
-        What the last bead faces; None for nothing. A Participant is a user's own solver. Several chains take a list of
-        as many, or one structure with as many contact points; a ContactPoint(structure, number) is one of them.
+        What the last bead faces; None for nothing. A Participant is a user's own solver. For several chains give a list
+        with one entry each, or one structure with as many contact points. ContactPoint(structure, number) names one
+        contact point of a structure.
     scheme : Condensed, Aitken, IQN_ILS or Explicit, optional
         How both sides agree on the mean forces of a window. By default Condensed(), for linear structures; use
         Aitken() for black boxes.
     window : float or Adaptive, optional
-        The time after which both sides have agreed, s, or Adaptive(tolerance). By default the scheme determines it.
+        The length of a window, s, at whose end both sides agree; or Adaptive(tolerance). By default the scheme
+        determines it.
     dt : float, optional
         The step of the chain, s. By default the shortest contact time determines it.
     behind : like `structure`
@@ -50,11 +52,11 @@ class CoSimulation:
         the time: AR changes by at most 1e-4 on rods, plates and half-spaces, by 6e-4 where a light tip chatters, and
         energy by 1e-4. "reference" has four times the windows and steps of the default, so a sixteenth of its error.
     most_steps : float
-        Steps of beads, summed over them, above which a run is refused before it begins. The default, 1e9, takes some
-        minutes, and is mostly exceeded by a time in another unit.
+        Number of steps, summed over the beads, above which a run is refused before it begins. The default, 1e9, takes
+        some minutes; a run exceeds it mostly because a time has the wrong unit.
     reduce : bool
-        Whether linear structures that the compiled engine cannot take, those of more than 300 unknowns that are not in
-        their modes, are reduced for the length of the run, as by `hl.reduce`. Else they are moved whole, in Python.
+        Whether to reduce, as by `hl.reduce`, linear structures that the compiled engine cannot take: those with more
+        than 300 unknowns that are not given by modes. If False, they are advanced unreduced, in Python.
 
     Raises
     ------
@@ -138,12 +140,12 @@ class CoSimulation:
         until : float
             The time, s. The last saved time is `until`, or the last whole interval before it.
         save_every : float, optional
-            The interval between saved times, s. By default a given window, else `until` divided by a
-            power of two, with at least 64 saved times in the shortest contact.
+            The interval between saved times, s. By default `window` if that is a number; otherwise `until` divided by
+            a power of two, with at least 64 saved times in the shortest contact.
         sensors : sequence of int, optional
-            Numbers of the beads to keep, each with its velocity and its two contact forces; of several chains, of each.
-            The run is then faster and its result far smaller. Measures of waves work on it; energies, displacements
-            and the motion of the structure are not kept. By default everything is.
+            Numbers of the beads of each chain to keep, each with its velocity and its two contact forces. The run is
+            then faster and its result far smaller. Measures of waves work on it; energies, displacements and the motion
+            of the structure are not kept. By default everything is kept.
 
         Returns
         -------
@@ -154,7 +156,7 @@ class CoSimulation:
         Raises
         ------
         ValueError
-            For times that do not fit, and for sensors that are no beads of each chain.
+            For times that do not fit, and for sensors that are not beads of every chain.
         NotConverged
             If both sides do not agree on the forces of a window.
         FloatingPointError
@@ -164,8 +166,8 @@ class CoSimulation:
             return whole.run(until, save_every, sensors)
         if isinstance(self.window, Adaptive) and not is_compiled(self.interface, self.scheme):
             raise ValueError(
-                f"window = {self.window!r}: needs the compiled engine, so the scheme Condensed() and small or reduced "
-                "structures; give a window in s, or none"
+                f"window = {self.window!r}: needs the compiled engine, which takes the scheme Condensed() and small or "
+                "reduced structures; give a window in s, or none"
             )
         shortest = min(len(one.chain.beads) for one in self.interface.chains)
         selection = None if sensors is None else kept_at(sensors, shortest)
@@ -180,7 +182,7 @@ class CoSimulation:
         return dataset(self.interface, frames, plan.interval, inputs, findings)
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:
-        """Return a run's windows and saved times; a ValueError if times do not fit or steps exceed `most_steps`."""
+        """Return the windows and saved times of a run; raise a ValueError for times that do not fit or many steps."""
         check_effort(self.interface.chains, until, self.most_steps)
         return plan_run(self.interface, self.scheme, self.window, until, save_every, self.accuracy.windows)
 
@@ -190,7 +192,7 @@ class CoSimulation:
         return longest_window(self.interface, self.scheme, self.window, self.accuracy.windows)
 
     def replace(self, **changes: Any) -> "CoSimulation":
-        """Return the same co-simulation but for these arguments of CoSimulation.
+        """Return a copy of the co-simulation with other values of some arguments.
 
         Parameters
         ----------
@@ -205,16 +207,16 @@ class CoSimulation:
         Raises
         ------
         ValueError
-            For a name that is no argument, and for what CoSimulation itself refuses.
+            For a name that is not an argument of CoSimulation, and for values that it refuses.
         """
         if unknown := sorted(set(changes) - set(self._given)):
-            raise ValueError(f"{unknown[0]}: is no argument of CoSimulation; must be one of {', '.join(self._given)}")
+            raise ValueError(f"{unknown[0]}: is not an argument of CoSimulation; must be {', '.join(self._given)}")
         return CoSimulation(**{**self._given, **changes})
 
     def for_run(self, until: float) -> "CoSimulation":
-        """Return the co-simulation of which a run up to `until`, s, consists: large structures are reduced.
+        """Return the co-simulation that a run up to `until`, s, uses: large structures are reduced.
 
-        They are kept for later runs that are no longer. Raises ValueError as `plan` and `hl.reduce` do.
+        It is kept for later runs that are not longer. Raises ValueError as `plan` and `hl.reduce` do.
         """
         if not self.reduces or not any(map(_is_large, self.interface.structures)):
             return self
@@ -237,7 +239,7 @@ class CoSimulation:
         return self._reduced[2]
 
     def _suited(self, body: Any) -> Any:
-        """Return a body with the default mesh and reduction for contacts that are so short."""
+        """Return a body whose default mesh and reduction suit the short contacts of these chains."""
         return body.for_contacts(self._shorter) if isinstance(body, Structure) else body
 
     def describe(self) -> dict[str, Any]:
@@ -248,7 +250,7 @@ class CoSimulation:
 
     @cached_property
     def _described(self) -> dict[str, Any]:
-        """What `describe` returns, as a result holds it: nothing of it changes from run to run."""
+        """The input in the form that results hold; all runs share it, as nothing in it changes."""
         return folded(self.describe())  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
@@ -256,7 +258,7 @@ class CoSimulation:
 
 
 def _is_large(body: Any) -> bool:
-    """Return whether a structure is one that nobody reduced and that the compiled engine cannot take."""
+    """Return whether a structure has not been reduced and is too large for the compiled engine."""
     if type(body) is not MovingStructure or not body.size or "reduction" in body.structure.origin:
         return False
     return not body.compact

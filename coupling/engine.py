@@ -1,4 +1,4 @@
-"""What does a run: the compiled loop, with windows that fail or are too long; the loop in Python for all else."""
+"""The engine: it drives the compiled window loop and halves windows that fail, or calls the loop in Python."""
 
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -20,10 +20,10 @@ from structures.kernels.linear import joined
 from structures.kernels.pieces import check_compiled
 from structures.structure import Structure
 
-FINEST = 1024  # parts of the shortest contact below which an adaptive window is not halved for its error
-TAKEN_AS_ONE = 1.0 + 1e-9  # windows whose ratio is below this number are equal
-UNBROKEN = 3e7  # steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second
-MOST_WINDOWS = 16  # windows of a structure that are kept at a time
+FINEST = 1024  # an adaptive window below the shortest contact over this number is not halved for its error
+TAKEN_AS_ONE = 1.0 + 1e-9  # windows are equal if the ratio of their lengths is below this number
+UNBROKEN = 3e7  # steps of beads, about a second, after which the compiled loop returns, so that Ctrl-C can end a run
+MOST_WINDOWS = 16  # lengths of windows for which the matrices of a structure are kept
 
 _WINDOWS = WeakKeyDictionary[Structure, dict[float, Any]]()
 
@@ -31,8 +31,8 @@ _WINDOWS = WeakKeyDictionary[Structure, dict[float, Any]]()
 class Engine:
     """The compiled window loop of one run.
 
-    A structure without degrees of freedom never moves. Windows against such structures may have any length: they are
-    as long as a saved interval, and take the steps of the windows that it would hold.
+    A structure without degrees of freedom never moves. If all structures are of this kind, windows may have any
+    length: one window then spans a saved interval, with the steps of all windows that the plan has there.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Engine:
         """The tolerance of adaptive windows."""
         rigid = self.adaptive is None and not any(structure.size for structure in interface.structures)
         self.joined = plan.stride if rigid else 1
-        """Windows of the plan that are one."""
+        """Number of windows of the plan that are joined to one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
         self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
         self.finest = interface.contact_time / FINEST
@@ -70,9 +70,9 @@ class Engine:
         )
 
     def advance(self, run: Run, first: int, last: int, halvings: int = 0) -> None:
-        """Move the run on from the end of one window to that of another, in place.
+        """Advance the run from the end of window `first` to the end of window `last`, in place.
 
-        halvings: of the windows. They have been halved because a whole one failed, and save nothing.
+        halvings: how often these windows were halved, because a whole one failed. Halved windows save nothing.
         """
         stride, length = 0 if halvings else self.stride, self.length / 2**halvings
         while first < last:
@@ -95,7 +95,7 @@ class Engine:
             first = done
 
     def adapt(self, run: Run, first: int, last: int) -> None:
-        """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
+        """Advance the run by windows whose error is within the tolerance; save the end of each window of the plan."""
         assert self.before is not None
         assert self.adaptive is not None
         if first == 0:
@@ -124,12 +124,12 @@ class Engine:
                 done, halvings = done // 2, halvings - 1
 
     def _error(self, run: Run) -> float:
-        """Return the distance of a parabola from the straight motion of the last window, in greatest approaches."""
+        """Return the distance of the last window's straight motion from a parabola, in greatest approaches."""
         moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
         return moved / self.interface.indentation_scale
 
     def _is_too_long(self, run: Run, halvings: int, error: float) -> bool:
-        """Return whether a window is longer than the last one and its error, in greatest approaches, suggest."""
+        """Return whether a window is too long after the last one, which had this error, in greatest approaches."""
         last, length = float(run.window[0]["length"]), self.length / 2**halvings
         longest = np.inf
         if last > 0.0:
@@ -151,10 +151,10 @@ class Engine:
         return loop.run_windows(*pieces, length, windows)
 
     def of_length(self, length: float) -> tuple[Any, Any]:
-        """Return the structures and the contacts over a window of a length, s, as pieces."""
+        """Return the structures and contacts for windows of a length, s, as the compiled loop takes them."""
         if length not in self._lengths:
             interface = self.interface
-            pieces = list[Any]()  # thousands of runs meet the same structure in equal windows
+            pieces = list[Any]()  # kept, because thousands of runs use the same structure with equal windows
             for body in interface.structures:
                 known = _WINDOWS.setdefault(body.structure, {})
                 if (piece := known.get(length)) is None:
@@ -163,7 +163,7 @@ class Engine:
                     piece = known[length] = body.window(length)
                 pieces.append(piece)
             structure = joined(pieces, list(interface.of_structure), interface.size)
-            with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
+            with np.errstate(over="ignore", invalid="ignore"):  # the loop reports numbers that are not finite
                 compliance = structure.contact @ structure.response[:, : structure.contact.shape[1]].T
             steps = [chain.steps(length / self.joined) * self.joined for chain in interface.chains]
             pace = pace_of(interface.model, steps, interface.coordinates)
@@ -172,7 +172,7 @@ class Engine:
 
 
 def fill(frames: Frames, interface: Interface, scheme: Scheme, window: float | Adaptive | None, plan: Plan) -> None:
-    """Run all windows, which fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
+    """Run all windows and fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
     try:
         if not is_compiled(interface, scheme):
             run_windows(interface, scheme, frames, plan.length, plan.stride)
@@ -194,6 +194,6 @@ def fill(frames: Frames, interface: Interface, scheme: Scheme, window: float | A
 
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:
-    """Return whether the compiled loop can run them: Newton's method, on linear structures."""
+    """Return whether the compiled loop can run this: it uses Newton's method, on compact linear structures."""
     linear = type(scheme) is Condensed and not interface.black_boxes
     return linear and all(structure.compact for structure in interface.structures)

@@ -1,4 +1,4 @@
-"""Which chain faces what: the contacts of a co-simulation."""
+"""The contacts of a co-simulation: which end of which chain faces which structure."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Annotated, Any, TypeAlias
@@ -17,8 +17,8 @@ from structures.moving import MovingStructure
 from structures.quantities import Count
 from structures.structure import Structure, Vector, half_space, surfaces_of
 
-NAMES = ("structure", "behind")  # the arguments of CoSimulation that give what each end faces
-PARTICIPANTS = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
+NAMES = ("structure", "behind")  # the arguments of CoSimulation, for the last bead and for the first
+PARTICIPANTS = "a Structure (for a plate: plate.at(x, y)), None, or an object with surface, start and advance"
 
 
 @described
@@ -60,11 +60,11 @@ def points(structure: Any) -> int:
 
 
 class Interface:
-    """Chains, structures, and the K contacts between them, ordered by chain, the last bead's before the first's.
+    """Chains, structures, and the K contacts between them, by chain; the last bead's contact precedes the first's.
 
-    facing, behind: for each chain what its last bead faces, and what its first bead faces with its struck side (None:
-    nothing): Structures, Participants or ContactPoints of them. The forces of all contacts are an array of K numbers,
-    and so are the displacements of the structures' contact points.
+    facing, behind: what the last bead of each chain faces, and what the struck side of its first bead faces: a
+    Structure, a Participant, a ContactPoint, or None for nothing. The forces of all contacts are an array of K numbers,
+    and so are the displacements of the contact points.
     """
 
     def __init__(
@@ -103,11 +103,11 @@ class Interface:
         )
         alone = len(self.chains) == 1
         self.model = self.chains[0].model if alone else joined(self.chains)
-        """All chains as the compiled loops take them."""
+        """All chains, in the form that the compiled loops take."""
         self.places, self.coordinates = coordinates(self.chains, self.model)
-        """Where the coordinates of each chain are among those of all, and the number of all."""
+        """The slice of each chain in the array of all coordinates, and the size of this array."""
         self.bodies = [slice(striker, last + 1) for striker, last, *_ in self.model.ends.tolist()]
-        """The bodies of each chain among those of all."""
+        """The slice of each chain in the array of all bodies."""
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
         self.force_scale = max(chain.scales[0] for chain in self.chains)
         self.indentation_scale = max(chain.scales[1] for chain in self.chains)
@@ -132,7 +132,7 @@ class Interface:
         return {"chains": chains, "structures": structures, "contacts": [list(contact) for contact in self.contacts]}
 
     def in_words(self) -> str:
-        """Return a line: how many beads and on what, or how many chains, structures and contacts."""
+        """Return a line of text: the number of beads and the structure, or numbers of chains, structures, contacts."""
         if len(self.chains) > 1 or len(self.structures) > 1:
             counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
             return ", ".join(count_of(count, name) for name, count in counts.items())
@@ -148,14 +148,14 @@ class Interface:
         return y, v
 
     def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
-        """Return the place of what an end of a chain faces among the structures, and the number of its point."""
+        """Return the number of the structure that a chain end faces, added if it is new, and the contact point's."""
         facing = half_space(chain.beads[-1].surface.material) if facing is None else facing
         whole_one, point = (facing.structure, facing.number) if isinstance(facing, ContactPoint) else (facing, None)
         takes_part(where, whole_one)
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
-                f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
+                f"{where}: has {count} contact points; choose one of them by ContactPoint(structure, number)"
             )
         place = next((i for i, structure in enumerate(self._given) if structure is whole_one), len(self._given))
         if place == len(self._given):
@@ -166,17 +166,17 @@ class Interface:
             bodies = [structure.structure for structure in self.structures if isinstance(structure, MovingStructure)]
             if len({id(body) for body in bodies}) < len(bodies):
                 raise ValueError(
-                    f"{where}: is in two MovingStructures, which move independently; give one of them twice"
+                    f"{where}: is in two MovingStructures, which move independently; use one MovingStructure for both"
                 )
         if any(contact[2:] == (place, point or 0) for contact in self.contacts):
             raise ValueError(
-                f"{where}: another end of a chain faces that contact point; give it one for each, such as "
-                "plate.at([x1, x2], [y1, y2]), or a structure for each"
+                f"{where}: another end of a chain faces that contact point; give the structure a contact point for "
+                "each end, such as plate.at([x1, x2], [y1, y2]), or give each end its own structure"
             )
         return place, point or 0
 
     def _moving(self, chain: Chain, number: int, alone: bool, settings: dict[str, float | None]) -> MovingChain:
-        """Return a chain that touches what its ends face: surfaces, and flexibilities in series with them, m/N."""
+        """Return a chain with the surfaces that its ends face, and the flexibilities in series with them, m/N."""
         ends: list[Any] = []
         for k in self.of_chain[number]:
             place, point = self.contacts[k][2:]
@@ -190,7 +190,7 @@ class Interface:
 
 
 def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
-    """Return what each of `count` chains faces: a list, one structure with as many points, or None for all."""
+    """Return a list of what each of `count` chains faces, from a list, one structure with as many points, or None."""
     if not several:
         return [facing]
     if facing is None:
@@ -210,7 +210,7 @@ def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[An
 
 
 def changed(facing: Any, change: Callable[[Any], Any]) -> Any:
-    """Return what an end faces, or what each of several does, with another body."""
+    """Return what one end faces, or each of several, with the body replaced by change(body)."""
     if isinstance(facing, list):
         return [changed(one, change) for one in facing]
     if isinstance(facing, ContactPoint):
@@ -219,11 +219,9 @@ def changed(facing: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def takes_part(where: str, facing: Any) -> None:
-    """Raise a ValueError for what is neither a structure nor a participant."""
+    """Raise a ValueError for an object that is neither a structure nor a participant."""
     if isinstance(facing, type):
-        raise ValueError(
-            f"{where} = the class {facing.__name__}: must be an object of it, such as {facing.__name__}(…)"
-        )
+        raise ValueError(f"{where} = the class {facing.__name__}: must be an instance, such as {facing.__name__}(…)")
     lacking = [name for name in ("surface", "start", "advance") if not hasattr(facing, name)]
     if not isinstance(facing, Structure) and lacking:
         lacks = f"lacks {' and '.join(lacking)}; " if len(lacking) < 3 else ""
@@ -231,7 +229,7 @@ def takes_part(where: str, facing: Any) -> None:
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:
-    """Raise a FloatingPointError that names the first body whose position or velocity is not finite, or the surface."""
+    """Raise a FloatingPointError that names the first body, or the surface, whose motion is no longer finite."""
     for number, (y, v) in enumerate(chains):
         faced = np.isfinite(surface[interface.of_chain[number][0]])
         bad = np.flatnonzero(~np.append(np.isfinite(y) & np.isfinite(v), faced))

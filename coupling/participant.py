@@ -1,4 +1,4 @@
-"""Participants of a co-simulation: state in, state out, no hidden state."""
+"""Participants of a co-simulation. They take a state and return a new one; they have no hidden state."""
 
 from math import inf
 from typing import Any, Protocol, runtime_checkable
@@ -9,19 +9,19 @@ from structures.checks import short
 from structures.structure import Structure, Vector, surfaces_of
 from structures.surface import Surface
 
-ROUNDING = 1e-9  # part of a negligible displacement
-LEAST_RESISTANCE = 1.0  # kg/s, force over velocity at first: half of that of 0.2 mm of aluminium, 4√(D·m)
-LARGEST_DISPLACEMENT = 1e3  # m; no structure moves so far, and the forces of the chain would overflow
+ROUNDING = 1e-9  # part of a negligible displacement; smaller motions towards the chain are rounding errors
+LEAST_RESISTANCE = 1.0  # kg/s; half of force over velocity in the first window, on a plate 4√(D·m)
+LARGEST_DISPLACEMENT = 1e3  # m; no structure moves so far, and with more the forces of the chain would overflow
 
 
 @runtime_checkable
 class Participant(Protocol):
-    """A structure that chains can face; any object with these three members works.
+    """A structure that chains can face. Any object with these three members works.
 
-    `advance` with an old state must repeat the window: it returns a new state and does not change the old one. With
-    several contact points, `surface` is a tuple with one Surface for each, and force and displacement are arrays with
-    one number for each. A structure with a motor of its own sets an attribute passive = False; all others must give
-    back no more energy than they received.
+    `advance` returns a new state and does not change the old one, so that a call with the old state repeats the window.
+    With several contact points, `surface` is a tuple of Surfaces, and force and displacement are arrays with one number
+    for each point. A structure with a motor of its own sets an attribute passive = False. All others must not give back
+    more energy than they received.
 
     Examples
     --------
@@ -56,15 +56,15 @@ class Participant(Protocol):
         ...
 
     def advance(self, state: Any, force: Any, window: float) -> tuple[Any, Any]:
-        """Move on by `window` s under the mean force (N) above the static one.
+        """Advance by `window` s under the mean force (N) above the static force.
 
-        Returns the new state and the displacement (m) of the contact point at its end, positive away from the
-        chain and measured from static equilibrium."""
+        Returns the new state and the displacement (m) of the contact point at the end of the window, measured from
+        static equilibrium and positive away from the chain."""
         ...
 
 
 class CheckedParticipant:
-    """A user's participant, with its answers checked: every error names it."""
+    """A user's participant whose answers are checked. Every error names the participant."""
 
     structure: Structure | None = None
     """A user's participant has no matrices."""
@@ -80,7 +80,7 @@ class CheckedParticipant:
         self.contacts = len(self.surfaces)
         self.last_forces = np.zeros(self.contacts)
         self.findings: list[str] = []
-        """What `check` found that may mislead."""
+        """What `check` found and the user should know."""
         self.passive = getattr(participant, "passive", True)
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
@@ -94,11 +94,11 @@ class CheckedParticipant:
         return self.participant.start()
 
     def move(self, state: Any, forces: Vector, window: float) -> tuple[Any, Vector]:
-        """Return the answer to the mean forces (N) of the K contacts, checked: the state and K displacements, m."""
+        """Return the checked answer to the mean forces (N) of K contacts: the new state and K displacements, m."""
         self.last_forces, force = forces.copy(), self._as_given(forces.copy())
         returned = self.participant.advance(state, force, window)
         try:
-            # An array of two numbers is a state, not a pair.
+            # An array of two numbers is not a pair of state and displacement.
             state, surface = returned if isinstance(returned, tuple | list) else ()
             place = np.array(surface)
         except (TypeError, ValueError):
@@ -114,8 +114,8 @@ class CheckedParticipant:
         return state, place.reshape(self.contacts).astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
-        """Raise a ValueError where it is not at rest at the start, does not repeat a window, or moves against a force
-        (N); and find one that moves more easily than a foil. negligible, m: a displacement that counts as none."""
+        """Raise a ValueError if the participant is not at rest at the start, does not repeat a window, or moves against
+        a force (N). Note one that moves more easily than a foil. negligible: a displacement that counts as zero, m."""
         self.check_rest(self.move(self.start(), np.zeros(self.contacts), window)[1], negligible)
         self.check_repeats(self.start(), np.full(self.contacts, force), window)
         light = inf
@@ -125,9 +125,9 @@ class CheckedParticipant:
                 point = f"contact point {number}" if self.contacts > 1 else "the contact point"
                 raise ValueError(
                     f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from "
-                    "rest; away from it is positive; a structure that creates energy sets passive = False"
+                    "rest; away from the chain is positive; a structure that creates energy must set passive = False"
                 )
-            # The mass that moves as far from rest.
+            # A free mass that moves as far from rest under this force.
             light = min(light, force * window**2 / (2.0 * place) if place > 0.0 else inf)
         self.findings = []
         if light < LEAST_RESISTANCE * window:
@@ -137,7 +137,7 @@ class CheckedParticipant:
             ]
 
     def check_rest(self, places: Vector, negligible: float) -> None:
-        """Raise a ValueError where a first window without force did not end at rest, at displacements (m)."""
+        """Raise a ValueError if the displacements (m) after a first window without force are not zero."""
         if np.any(np.abs(places) > negligible):
             place = self._as_given(places)
             raise ValueError(
@@ -145,7 +145,7 @@ class CheckedParticipant:
             )
 
     def check_repeats(self, state: Any, forces: Vector, window: float) -> None:
-        """Raise a ValueError where a window, or the next one, gives another result the second time."""
+        """Raise a ValueError if a window, or the window after it, gives another result when it is repeated."""
         ends = [self.move(state, forces, window) for _ in range(2)]
         after = [self.move(end, forces, window) for end, _ in ends]
         when = ("from one state, force and window", "after a window and its repetition")
@@ -158,5 +158,5 @@ class CheckedParticipant:
                 )
 
     def _as_given(self, numbers: Vector) -> Any:
-        """Return the form in which the participant takes and returns K numbers: a float if it has one contact."""
+        """Return K numbers in the form that the participant uses: a float if it has one contact, else an array."""
         return float(numbers[0]) if self.contacts == 1 else numbers

@@ -1,4 +1,4 @@
-"""The plan of a run: its division into windows and saved times, and the checks of this plan."""
+"""The plan of a run: its windows and saved times, and the checks of these."""
 
 from math import ceil, inf, log2
 from typing import Annotated, Any, NamedTuple
@@ -14,17 +14,17 @@ from structures.moving import MovingStructure
 from structures.quantities import OneOf, Quantity
 from structures.units import readable
 
-FEWEST_PER_CONTACT = 8  # windows or saved times without a warning: AR is off by 0.2 % at 3.5 of them, by 3 % at 1.7
-SAVED_PER_CONTACT = 64  # saved times in the shortest contact by default, or up to twice as many
-ADAPTIVE_PER_CONTACT = 16  # saved intervals in it if windows are adaptive: one is the longest window
+FEWEST_PER_CONTACT = 8  # fewer windows or saved times give a warning; AR is off by 0.2 % at 3.5, by 3 % at 1.7
+SAVED_PER_CONTACT = 64  # saved times in the shortest contact by default, up to twice as many
+ADAPTIVE_PER_CONTACT = 16  # the same for adaptive windows, of which none is longer than a saved interval
 MOST_SAVED = 2e8  # saved times × bodies: 1.6 GB in each of the three large arrays
 LARGE_ARRAYS = 3  # of saved times × bodies: displacements, velocities, and forces
-LARGE_SIZE = 1e9  # B in these arrays from which the user is warned; results made of them may take as much again
-SAME_TIME = 1e-9  # times that differ by this part are equal
+LARGE_SIZE = 1e9  # bytes in these arrays above which the user is warned; results made of them may take as much again
+SAME_TIME = 1e-9  # times are equal if they differ by no more than this part
 
 
 class Accuracy(NamedTuple):
-    """The accuracy of a run in units of the default; errors fall with the square of these numbers."""
+    """The numbers of windows and steps in units of the default; errors fall with the square of these numbers."""
 
     windows: float
     steps: float
@@ -35,27 +35,27 @@ ACCURACIES = {
     "screening": Accuracy(windows=40.0 / 112.0, steps=160.0 / 1800.0),
     "reference": Accuracy(4.0, 4.0),
 }
-"""Screening has 40 windows and 160 steps in the shortest contact, for Condensed; the default 112 and 1800. On rods,
-plates and half-spaces screening changed AR by 1e-4 or less, by 6e-4 where a light tip chatters (tests)."""
+"""With Condensed, screening has 40 windows and 160 steps in the shortest contact, the default 112 and 1800. Screening
+changed AR by 1e-4 or less on rods, plates and half-spaces, and by 6e-4 where a light tip chatters (tests)."""
 
 HowFine = Annotated[str, OneOf(*ACCURACIES)]
 
 
 @described
 class Adaptive:
-    """Windows as long as their error allows: each is the saved interval over a power of two.
+    """Windows as long as their error allows; each is the saved interval divided by a power of two.
 
     Parameters
     ----------
     tolerance : float
-        Of the error of a window. Amplitude ratios are then within about three tolerances of those with very short
-        windows, within fifteen on light plates (tests).
+        Largest error of a window. Amplitude ratios then differ from those with very short windows by at most about
+        three tolerances, on light plates by fifteen (tests).
 
     Notes
     -----
     In a window the surface moves along a straight line. The error is the distance of this line from the parabola
-    through its two ends and the node before, in units of the greatest approach of a contact. Where nothing touches, a
-    tenth of it counts.
+    through its two ends and the end before them, in units of the greatest approach of a contact. Where nothing touches,
+    a tenth of this distance counts.
 
     Examples
     --------
@@ -71,11 +71,11 @@ class Adaptive:
 
 
 class Plan(NamedTuple):
-    """The division of a run: length of a window (s), windows of a saved interval, saved times."""
+    """The windows and saved times of a run."""
 
-    length: float
-    stride: int
-    rows: int
+    length: float  # of a window, s
+    stride: int  # windows in a saved interval
+    rows: int  # saved times
 
     @property
     def total(self) -> int:
@@ -88,7 +88,7 @@ class Plan(NamedTuple):
         return self.length * self.stride
 
     def describe(self, interface: Interface, window: float | Adaptive | None) -> dict[str, Any]:
-        """Return the part of the plan that belongs to the input of a run, as plain data."""
+        """Return the part of the plan that a result holds as its input, as plain data."""
         steps = [chain.steps(self.length) for chain in interface.chains]
         chosen = repr(window) if isinstance(window, Adaptive) else self.length
         return {"window": chosen, "save_every": self.interval, "steps": steps}
@@ -104,13 +104,13 @@ def plan_run(
 ) -> Plan:
     """Return the plan of a run up to `until` s, or raise a ValueError for times that do not fit; see CoSimulation.
 
-    fineness: factor of the windows in a contact that the scheme needs.
+    fineness: factor of the number of windows that the scheme has in a contact.
     """
     valid = min(map(valid_until, interface.structures))
     if until > valid * (1.0 + SAME_TIME):
         raise ValueError(
-            f"until = {until!r}: the structure was reduced for runs of at most {valid} s; make it with that until, "
-            "or take a shorter one"
+            f"until = {until!r}: the structure was reduced for runs of at most {valid} s; reduce it for this time, "
+            "or run for a shorter one"
         )
     fixed = isinstance(window, float)
     if isinstance(window, float) and window > until:
@@ -144,7 +144,7 @@ def plan_run(
 
 
 def longest_window(interface: Interface, scheme: Scheme, window: float | Adaptive | None, fineness: float) -> float:
-    """Return the longest window that the scheme allows, or the given one, s."""
+    """Return the given window, or the longest one that the scheme allows, s."""
     if isinstance(window, float):
         return window
     per_contact = ADAPTIVE_PER_CONTACT if isinstance(window, Adaptive) else fineness * scheme.windows_per_contact
@@ -152,7 +152,7 @@ def longest_window(interface: Interface, scheme: Scheme, window: float | Adaptiv
 
 
 def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str]:
-    """Return the finding, and warn of it, that windows or saved times are too few in a contact."""
+    """Return a finding, and warn of it, if a contact has too few windows or saved times."""
     findings = [] if adaptive else coarse("window", plan.length, interface.contact_time)
     findings = findings or coarse("save_every", plan.interval, interface.contact_time)
     warn(findings)
@@ -160,12 +160,13 @@ def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str
 
 
 def coarse(name: str, interval: float, contact_time: float) -> list[str]:
-    """Return a finding if a time is long compared with a contact, s; name: the user's, of the time."""
+    """Return a finding if an interval is long compared with a contact, s. name: the argument of this interval."""
     longest = contact_time / FEWEST_PER_CONTACT
     if interval <= longest * (1.0 + SAME_TIME):
         return []
+    error = f"a contact has {contact_time / interval:.2g} of them, and AR is off by 0.2 % with 3.5, by 3 % with 1.7"
     said = f"{name} = {readable(interval, 's')}: is coarse compared with a contact"
-    return [f"{said}; take at most {readable(longest, 's')}"]
+    return [f"{said}; {error}; take at most {readable(longest, 's')}"]
 
 
 def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
@@ -174,5 +175,5 @@ def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
 
 
 def _power_of_two(parts: float) -> int:
-    """Return the next power of two: windows can be halved, and runs of one length share their times."""
+    """Return the next power of two: such windows can be halved, and runs of one length have the same saved times."""
     return int(2 ** max(0, ceil(log2(parts * (1.0 - SAME_TIME)))))

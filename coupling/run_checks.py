@@ -1,4 +1,4 @@
-"""The checks before a run and after it: each finding is a line of `warnings`, and a warning to the user."""
+"""The checks before and after a run. Each finding is a warning to the user and a line of the attribute `warnings`."""
 
 from collections.abc import Sequence
 
@@ -20,18 +20,18 @@ from structures.units import readable
 LARGE = 1e-3  # part of the impact energy that a run may create or lose without a warning
 LONG = 200.0  # a record is too long if a wave could run to the structure and back this many times
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # part of a stored energy that each contact may add to their sum's rounding
-MOST_OF_A_RUN = 1e9  # steps of beads in a run that nobody asked for: some minutes
-SHORTER = (1e-3, 1e-6)  # what `until` is multiplied by where ms or µs may be meant
-MANY_STEPS = 1e7  # steps of a short chain in some 10 s; a strong loss inside beads stops no wave, but needs short steps
-SILENT = 0.01  # part of the incident wave's force that a reflected one has at least in mid chain
+MOST_OF_A_RUN = 1e9  # steps of beads in a run, by default at most; they take some minutes
+SHORTER = (1e-3, 1e-6)  # factors of `until` if ms or µs may be meant
+MANY_STEPS = 1e7  # steps that take a short chain some 10 s; a strong loss inside beads lets waves pass, but needs many
+SILENT = 0.01  # part of the incident wave's force; a reflected wave in mid chain has more
 
 SUDDEN = 50.0
-"""A loss is too strong if it would stop a contact in this part of the contact's time: no wave passes. The loss of a
-restitution of 0.01 takes a 38th of that time, a dashpot of 5 N s/m between beads of 10 mm ten times as long."""
+"""A loss is too strong if it would stop a contact within 1/SUDDEN of the contact's time, and no wave would pass. The
+loss of a restitution of 0.01 takes 1/38 of that time, a dashpot of 5 N s/m between 10 mm beads ten times as long."""
 
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """Return the findings before a run: a record so long, or a loss so strong, that another unit may be meant."""
+    """Return the findings before a run: a record that is so long, or a loss so strong, that its unit may be wrong."""
     findings, (once, longest) = dict[str, None](), _usual_times(chains)
     if until > LONG * longest:
         times = f"{until / once:.2g} times the {readable(once, 's', 4)} that a wave takes through the chain and back"
@@ -49,7 +49,7 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 
 def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> None:
-    """Raise a ValueError for a run of more than `most` steps of beads, which names what makes them many."""
+    """Raise a ValueError for a run of more than `most` steps of beads; it names the argument that makes them many."""
     steps = float(sum(chain.steps(until) * chain.mass.size for chain in chains))
     if steps <= most:
         return
@@ -61,26 +61,27 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
 
 
 def _usual_times(chains: Sequence[MovingChain]) -> tuple[float, float]:
-    """Return the time of a wave through the longest chain and back, s, or of a longer history that drives a chain."""
+    """Return the time of a wave through the longest chain and back, s, and the longest time that a run usually needs:
+    this one, or that of a history that drives a chain."""
     once = max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
     return once, max(once, *(float(chain.chain.excitation.drive.history[0, -1]) for chain in chains))
 
 
 def _meant(longest: float, until: float) -> str:
-    """Return the question whether a record that is far too long is in another unit; empty for another one."""
+    """Return a question if a record that is far too long may be given in ms or µs; empty if not."""
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * longest < until]
     return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
 
 
 def _is_sudden(chain: MovingChain) -> bool:
-    """Return whether a loss ends motion so soon that its coefficient may be in another unit; it then sets the step."""
+    """Return whether a loss ends motion so soon that its unit may be wrong; such a loss determines the step."""
     return chain.contact_time > SUDDEN * chain.damping_time
 
 
 def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
-    """Return the findings of all checks after a run that was saved every `interval` s; the user is warned of each.
+    """Return the findings of all checks after a run that was saved every `interval` s, and warn of each.
 
-    A contact law warned of its own limits when it was made; here they are findings only.
+    The limits of contact laws are findings only, because each law warned of them when it was made.
     """
     chains, of_chains, motions = interface.chains, frames.chains, list[Motion]()
     laws, found, times = list[str](), list[str](), interval * np.arange(frames.rows, dtype=float)
@@ -91,9 +92,10 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
         remarks, deep = cautions(chain.groups, deepest)
         laws += remarks
         found += deep
-    found += _of_energy(interface, frames)
+    found += _energy_findings(interface, frames)
     for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
-        found += _of_record(chain, motion, times, "mid chain" if len(chains) == 1 else f"the middle of chain {number}")
+        place = "mid chain" if len(chains) == 1 else f"the middle of chain {number}"
+        found += _record_findings(chain, motion, times, place)
     found += yields(chains, motions)
     found += check_structures(interface, motions, frames.saved.surface[2], interval)
     found += [words for body in interface.black_boxes for words in body.findings]
@@ -111,14 +113,14 @@ def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: 
             f"energy: the structure gave back more than it was given, by {100.0 * back / chain.energy:.2g} % of the "
             "impact energy; check the units of its displacement and force, and its time stepping"
         )
-    return [*findings, *_of_record(chain, motion, times, "mid chain"), *yields([chain], [motion])]
+    return [*findings, *_record_findings(chain, motion, times, "mid chain"), *yields([chain], [motion])]
 
 
-def _of_energy(interface: Interface, frames: Frames) -> list[str]:
-    """Return a finding if a run created or lost energy, as in `energy_error`, with the part of the run that did."""
+def _energy_findings(interface: Interface, frames: Frames) -> list[str]:
+    """Return a finding if a run created or lost energy (see `energy_error`), with the likely cause."""
     structure, contact, scale = frames.saved.structure, frames.saved.work, interface.impact_energy
     energies = structure["kinetic"] + structure["elastic"] + structure["taken"]
-    for place in np.flatnonzero(np.isnan(energies[:, 0])).tolist():  # of a black box only the work is known
+    for place in np.flatnonzero(np.isnan(energies[:, 0])).tolist():  # the work replaces the energy of a black box
         energies[place] = contact["work"][interface.touching[place]].sum(axis=0)
     total, stored = energies.sum(axis=0), 0.0
     for k in np.flatnonzero(interface.static).tolist():
@@ -128,7 +130,7 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
         total += energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
         stored = max(stored, chain.deepest.size * float(abs(energy["potential"]).max()))
     error = float(abs(total - total[0]).max()) / scale
-    # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
+    # A faint wave in a pressed chain: rounding of the energy that the preload stores is larger than the wave's energy.
     rounding = ROUNDING * stored / scale
     if not error > LARGE:
         return []
@@ -144,8 +146,8 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     return [f"energy: {lost}, most of it in {culprit}"]
 
 
-def _of_record(chain: MovingChain, motion: Motion, times: Vector, where: str) -> list[str]:
-    """Return a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
+def _record_findings(chain: MovingChain, motion: Motion, times: Vector, where: str) -> list[str]:
+    """Return a finding if the record of a struck chain ends before a reflected wave can be back in mid chain."""
     driven = chain.chain.excitation.drive.kind in (PUSHED, MOVED)
     if chain.surface is None or chain.behind is not None or driven or not chain.chain.speed > 0.0:
         return []
@@ -155,10 +157,10 @@ def _of_record(chain: MovingChain, motion: Motion, times: Vector, where: str) ->
     begin = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0
     silent = begin + np.flatnonzero(force[begin:] < SILENT * top)
     loud, passed, began = np.flatnonzero(force > SILENT * top), silent.size > 0, float(times[begin])
-    # A wave is back where it is loud after it was silent.
+    # A wave is back if the bead in mid chain is loud again after it was silent.
     if passed and loud.size and loud[-1] > silent[0]:
         return []
-    # The wave is at mid chain when half of the way is behind it; before that, by theory.
+    # When the wave reaches the last bead: twice its time to mid chain, or by theory if it has not passed that.
     reached = began * last / middle if passed and begin else chain.transit_time
     push = motion.force[last] - chain.static_force[-1]
     greatest, leaves = float(push.max(initial=0.0)), reached + PUSH * reached / last

@@ -1,4 +1,4 @@
-"""The checks of struck structures: whether theory, mesh and reduction suit the deflections and pushes of the run."""
+"""The checks of struck structures: do theory, mesh and reduction suit the deflections and pushes of the run?"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import ceil, inf, pi, sqrt
@@ -21,43 +21,43 @@ from structures.surface import hertz_pressure
 from structures.units import readable
 
 LARGE_DEFLECTION = 0.5
-"""Thicknesses; the stretching of the middle plane is then some tenth of the bending (Timoshenko and Woinowsky-Krieger,
-Theory of Plates and Shells, section 97)."""
+"""In thicknesses. At this deflection the stretching of the middle plane adds about a tenth to the bending stiffness
+(Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, section 97)."""
 
 FEWEST_CYCLES = 1.0
-"""Length of a push times the frequency that a mesh resolves. On Kirchhoff's plates AR of the primary wave is within
-0.001 of a finer mesh's at 1.6 and 0.003 off at 0.8; Mindlin's plates, beams and rods are more exact. Cylinders,
-graded by their own sizes, are within 0.0001 from 0.1 on (docs/numerics.md): they need no check."""
+"""Least product of the length of a push and the frequency that a mesh resolves. On Kirchhoff plates AR of the primary
+wave is off by 0.001 at 1.6 cycles and by 0.003 at 0.8. Mindlin plates, beams and rods are more exact. Cylinders, whose
+mesh is graded by their own sizes, are off by 0.0001 at most from 0.1 on, so they need no check (docs/numerics.md)."""
 
 SHEARED = 0.2
-"""D k²/S of waves as long as the push lasts, beyond which Kirchhoff's theory leaves too much out: AR of a carbon
-cross-ply is 0.015 off at 0.4, AR of aluminium with a soft core 0.1 at 4."""
+"""Largest D k²/S, the deflection by shear over that by bending, of waves whose period is the length of the push. With
+more, Kirchhoff's theory is not enough: AR is off by 0.015 at 0.4 (carbon cross-ply), 0.1 at 4 (soft core)."""
 
 KIRCHHOFF = ("Kirchhoff plate", "half-plane", "infinite plate")
 
 WIDE = 0.2
-"""Half-width of a contact over the depth or the radius of the layer that it presses, beyond which the layer is no
-half-space: on a rigid base its force is then 20 % larger (Dimitriadis et al., Biophys. J. 82 (2002) 2798)."""
+"""Largest half-width of a contact over the depth or the radius of the pressed layer. A wider contact does not see a
+half-space: on a rigid base its force is 20 % larger at this limit (Dimitriadis et al., Biophys. J. 82 (2002) 2798)."""
 
 THIN = 1.0 / 3.0
-"""Depth over radius of a first layer on a softer one, below which it bends under the bead: AR of 1, 2, 3 and 6.35 mm of
-steel on PTFE and on acrylic, 9.5 mm in radius, is 0.16, 0.04, 0.02 and 0.01 off at most in the theory of rods."""
+"""Least depth over radius of a first layer on a softer one; a thinner layer bends under the bead. For steel of 9.5 mm
+radius on PTFE and acrylic the theory of rods gives AR wrong by up to 0.16, 0.04, 0.02, 0.01 at 1, 2, 3, 6.35 mm."""
 
-ENOUGH_CYCLES = 2.0  # what the cure asks for
+ENOUGH_CYCLES = 2.0  # cycles of the finer mesh that a warning recommends
 MESH_ERROR, REDUCTION_ERROR = 0.02, 0.2
-"""AR of the primary wave may be wrong by the first over those cycles, and by the second times a reduction's estimated
-error: the most that was seen. Plates, half-planes and rods of 2 to 5 mm need 0.007; a preloaded chain on a clamped
-beam needs 0.018 (docs/numerics.md)."""
+"""AR of the primary wave may be wrong by the first divided by the cycles, and by the second times the estimated error
+of a reduction. Plates, half-planes and rods of 2 to 5 mm need 0.007 for the first (docs/numerics.md); a preloaded
+chain on a clamped beam needs 0.018."""
 
-EXCEEDED = 2.0  # estimated error of a reduction over its tolerance that is warned of; about twice the error
+EXCEEDED = 2.0  # a reduction's estimated error, about twice its true one, may be this many times its tolerance
 
 
 def check_structures(
     interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float
 ) -> Iterator[str]:
-    """Yield what is beyond linear theory, a reduction or a mesh, each of the contact where it is worst.
+    """Yield a finding for each limit of theory, reduction or mesh that is exceeded, at the contact where it is worst.
 
-    motions: of the chains; highest: the greatest displacement of each surface, m.
+    motions: one for each chain; highest: the greatest displacement of each surface, m.
     """
     worst = dict[str, tuple[float, str]]()
     for k, contact in enumerate(interface.contacts):
@@ -75,10 +75,8 @@ def check_structures(
 
 
 def push_length(force: Vector, interval: float) -> float:
-    """Return the length of the strongest push, s: 2 ∫F dt / F_max, as of a raised cosine with its impulse and peak.
-
-    Zero where there is none. force: N, dynamic, saved every `interval` s.
-    """
+    """Return the length of the strongest push, s, zero if there is none: 2 ∫F dt / F_max, the length of a raised cosine
+    with the same impulse and peak. force: the dynamic force, N, saved every `interval` s."""
     top, peak = float(force.max()), int(force.argmax())
     if not top > 0.0:
         return 0.0
@@ -88,8 +86,8 @@ def push_length(force: Vector, interval: float) -> float:
 
 
 def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, float, str]]:
-    """Yield the doubts about a structure whose contact moved by so much, m, under a push of this length, s: the kind of
-    each, its degree and its words. A user's structure may have anything in its origin."""
+    """Yield the doubts about a structure whose contact moved by `moved`, m, under a push of `length`, s: the kind,
+    degree and words of each. The origin of a user's structure may hold anything."""
 
     def part(name: str) -> Mapping[str, Any]:
         return found if isinstance(found := origin.get(name), Mapping) else {}
@@ -97,7 +95,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, flo
     def number(name: str, of: Any = origin) -> float:
         return float(found) if isinstance(found := of.get(name), Real) else 0.0
 
-    # Only a plate that something holds is stretched; one that is free may fly off.
+    # Only a supported plate is stretched; a free one may fly off.
     thickness = number("thickness") or number("thickness", part("section"))
     supports = part("supports") or {"": "held"}
     held = any(support not in ("free", "symmetry") for support in supports.values())
@@ -136,7 +134,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, flo
         words = (
             f"it resolves waves up to {readable(frequency, 'Hz')}, and this run's push of "
             f"{readable(length, 's', 2)} excites higher ones; "
-            f"{wrong.format(min(MESH_ERROR / (length * frequency), 1.0))}; {finer} suits it"
+            f"{wrong.format(min(MESH_ERROR / (length * frequency), 1.0))}; {finer} suits this push"
         )
         yield "mesh", 1.0 / (length * frequency), words
 

@@ -1,4 +1,4 @@
-"""Yielding in a run with elastic contacts: how far the greatest force of a contact is beyond yield."""
+"""The check for yielding in a run with elastic contacts: how far the greatest force of a contact is beyond yield."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -17,22 +17,22 @@ from structures.material import Material
 from structures.surface import hertz_pressure, relative_curvatures, yield_pressure
 
 SLIGHT = 1.12
-"""The pressure of a contact, in units of that at which it yields, up to which no run is warned of: 1.4 times the force.
-There, by Jackson and Green's law, AR at bead 10 of 20 is lower by 0.011 to 0.013 on half-spaces, by 0.007 and 0.010 on
-plates of brass and aluminium, and the incident force by up to 2.5 % where beads yield."""
+"""Largest pressure without a warning, in units of the pressure at which the contact yields; the force is then 1.4 times
+the yield force. There, by Jackson and Green's law, AR at bead 10 of 20 is lower by 0.011 to 0.013 on half-spaces, by
+0.007 and 0.010 on plates of brass and aluminium, and the incident force by up to 2.5 % where beads yield."""
 
 OF_HERTZ = 1.0 / 3.0  # power of the force in the pressure of a round or elliptic contact
-UNKNOWN = 0.0, 1.0, inf  # the pressure of a contact that never yields
+UNKNOWN = 0.0, 1.0, inf  # unit, power and limit of a contact that never yields
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
 
 def is_of_yield(finding: str) -> bool:
-    """Return whether a law of yielding would change the run that a finding is about."""
+    """Return whether a finding is about yielding that another contact law can compute."""
     return finding.startswith("yield: ") and CURE in finding
 
 
 def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator[str]:
-    """Yield a finding on the contact of a run that is pressed farthest beyond yield; motions: of the chains."""
+    """Yield a finding on the contact that is pressed farthest beyond yield. motions: one for each chain."""
     pressed = []
     for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
         unit, power, limit = chain.once("pressures", partial(_pressures, chain))
@@ -45,7 +45,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
         weaker = min(_materials(chain, contact), key=yield_pressure)
         if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
             cure = f"its dent is left out; {CURE}"
-        # Forces of Hertz grow with the speed's power 6/5; a preload, or another law, has no such rule.
+        # Hertzian forces grow with the speed to the power 6/5. With a preload or another law there is no such rule.
         elif power == OF_HERTZ and chain.chain.speed > 0.0 and not chain.static_force.any():
             slower = chain.chain.speed * ratio ** (-5.0 / (6.0 * power))
             cure = f"none yields below an impact speed of about {slower:.2g} m/s"
@@ -57,8 +57,9 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
 
 
 def _pressures(chain: MovingChain) -> np.ndarray:
-    """Return unit, power and limit of each contact, 3 × contacts: the greatest pressure is p₀ = unit · F^power, Pa, and
-    the weaker body yields from the limit on, which is infinite where nothing is known or the law yields."""
+    """Return unit, power and limit of each contact, 3 × contacts. The greatest pressure is p₀ = unit · F^power, Pa; the
+    weaker body yields above the limit. It is infinite if no strength is known, or the contact's law includes yielding.
+    """
     yielding = chain.yielding or [None] * len(chain.pairs)
     elastic = [None if beyond else pair for pair, beyond in zip(chain.pairs, yielding, strict=True)]
 
@@ -70,7 +71,7 @@ def _pressures(chain: MovingChain) -> np.ndarray:
         try:
             flat, sharp = relative_curvatures(surface, facing)
         except ValueError:
-            return UNKNOWN  # bodies that conform have a law of the user's own
+            return UNKNOWN  # conforming bodies have a law of the user's own
         if flat > 1e-12 * sharp:
             return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
         length = min((body.length for body in pair if isinstance(body, Cylinder)), default=inf)
@@ -84,7 +85,7 @@ def _materials(chain: MovingChain, contact: int) -> list[Material]:
 
 
 def _unknown_strengths(chain: MovingChain) -> Iterator[str]:
-    """Yield a finding for each contact of a law of yielding that takes the strength of the one body for both."""
+    """Yield a finding for each contact whose law of yielding uses the strength of one body for both."""
     for i, contact in enumerate(chain.yielding or ()):
         if contact is None or contact.law.yield_strength is not None:
             continue
@@ -92,14 +93,14 @@ def _unknown_strengths(chain: MovingChain) -> Iterator[str]:
             if material.yield_strength is None:
                 taken = contact.bodies.material.name or "the other body"
                 yield (
-                    f"strength: that of {material.name or 'a body'} is not known, and that of {taken}, "
-                    f"{1e-6 * contact.bodies.strength:.4g} MPa, is taken where they touch; give "
+                    f"strength: the yield strength of {material.name or 'a body'} is not known; that of {taken}, "
+                    f"{1e-6 * contact.bodies.strength:.4g} MPa, is used where they touch; give "
                     "Material(..., yield_strength=)"
                 )
 
 
 def _takes_a_law(chain: MovingChain) -> bool:
-    """Return whether all bodies of a chain touch in circles, and it has no law of its own."""
+    """Return whether a chain can have a law of yielding: all contacts are circular, and it has no law of its own."""
     if isinstance(chain.chain, DeformableChain) or chain.chain.law is not None:
         return False
     law, laws = JacksonGreen(), chain.laws

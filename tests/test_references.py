@@ -163,7 +163,7 @@ def test_wrong_arguments_are_named(run: xr.Dataset, reference: Path, given: dict
 
 def test_what_is_no_reference_is_refused(run: xr.Dataset, tmp_path: Path) -> None:
     (tmp_path / "text.nc").write_text("no netCDF")
-    with pytest.raises(ValueError, match="is no HDF5 file"):
+    with pytest.raises(ValueError, match="is not an HDF5 file"):
         assert_same_waves(run, tmp_path / "text.nc")
     run.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
     with pytest.raises(ValueError, match="was not written by assert_same_waves"):

@@ -13,14 +13,14 @@ from coupling.results.provenance import provenance
 from structures.checks import short
 
 IDENTIFIED, BLIND, AT_END, NUISANCE = "identified", "blind", "at the end of its range", "nuisance"
-NOT_TRUSTED = "not trusted: the model does not fit"  # Where the model does not explain the signal.
-HALF = 0.5  # An unknown is blind if half of its interval exceeds this part of its value, or it this part of its range.
+NOT_TRUSTED = "not trusted: the model does not fit"  # The verdict if the model does not explain the signal.
+HALF = 0.5  # An unknown is blind if half its interval exceeds this part of its value, or all of it this of its range.
 LINE = 80  # Characters of a line.
 DEVIATIONS = 1.959964  # Standard deviations in half of a 95 % interval.
 
 
 class Printed:
-    """A result that Python's prompt and a notebook show as `print` does."""
+    """A result that Python's prompt and a notebook show in the form of `print`."""
 
     def __repr__(self) -> str:
         return str(self)
@@ -37,7 +37,7 @@ class Unknown:
     verdict : str
         "identified", "blind", "at the end of its range", "nuisance" or "not trusted: the model does not fit".
     unit, unit_size
-        The unit in which tables and figures show it, and one of these in the unit of the argument.
+        The unit of tables and figures, and its size in the unit of the argument.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Unknown:
 
     @property
     def identifiable(self) -> bool:
-        """True if the signal determines it, by a model that explains the signal."""
+        """True if the signal determines the unknown, and the model explains the signal."""
         return self.verdict not in (BLIND, NOT_TRUSTED)
 
     @property
@@ -67,18 +67,18 @@ class Unknown:
         value, low, high, error = (number / self.unit_size for number in (self.value, *self.interval, self.error))
         if self.verdict == BLIND:
             return self.head, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {value:.3g}"
-        # Of a time zero or an offset near zero a percentage means nothing.
+        # For a time zero or an offset near zero a percentage means nothing.
         small = self.error > HALF * abs(self.value)
         part = f"{error:.2g} {self.unit}".rstrip() if small else f"{100.0 * self.error / abs(self.value):.2g} %"
         interval = " to ".join(_rounded(end, error) for end in (low, high))
-        # An error of a model that does not fit means nothing; what follows a colon is the last line of the table.
+        # If the model does not fit, the error means nothing; a note below the table gives the reason.
         verdict = NOT_TRUSTED.partition(":")[0] if self.verdict == NOT_TRUSTED else f"{self.verdict} (± {part})"
         return self.head, _rounded(value, error), interval, verdict
 
 
 @dataclass(frozen=True, repr=False)
 class Identification(Printed):
-    """What `identify` found; print it for a table.
+    """The result of `identify`; ``print`` shows a table.
 
     Parameters
     ----------
@@ -87,11 +87,11 @@ class Identification(Printed):
     correlation : DataArray
         Correlations of the unknowns at the best fit.
     data : Dataset
-        Over time (s) and sensor: `measured`, `fitted` and `residual`, N, NaN where samples do not count; `baseline`, N:
-        hum and drift in `fitted`, where the lead shows some; `noise`, N, over sensor.
+        `measured`, `fitted` and `residual` over time (s) and sensor, N; NaN for samples that do not count. `baseline`,
+        N: hum and drift in `fitted`, if the lead shows any. `noise` over sensor, N.
     misfit, explained
-        Residual over noise, root mean square: 1 if the model explains the signal; and whether it does. If not, no value
-        can be trusted, and the model should be mended first.
+        Root mean square of the residual over the noise, 1 for a model that explains the signal; and whether the model
+        explains it. If not, no value can be trusted; correct the model first.
     modes : list of dict
         Values of the unknowns at all fits that the noise does not exclude, the best first.
     runs : int
@@ -99,7 +99,7 @@ class Identification(Printed):
     warnings : list of str
         What the user must know.
     input : dict
-        What was asked for.
+        The arguments of `identify`.
     """
 
     unknowns: dict[str, Unknown]
@@ -114,7 +114,7 @@ class Identification(Printed):
 
     @property
     def identified(self) -> bool:
-        """True if every unknown that is no nuisance is identified, by a model that explains the signal."""
+        """True if the model explains the signal, and every unknown that is not a nuisance is identified."""
         return self.explained and all(unknown.verdict in (IDENTIFIED, NUISANCE) for unknown in self.unknowns.values())
 
     def __getitem__(self, name: str) -> Unknown:
@@ -139,8 +139,8 @@ class Identification(Printed):
     def to_dataset(self) -> xr.Dataset:
         """Return everything as a Dataset: values, intervals, correlation, traces and residual.
 
-        Over the dimension `unknown`: value, low, high, verdict; the unit of tables, and its size in that of the values;
-        over `mode` as well: the values of all fits, NaN for the nuisances of the sensors.
+        Over the dimension `unknown` it has value, low, high and verdict, and the unit of tables with its size. `modes`,
+        over `mode` and `unknown`, holds the values of all fits, NaN for the nuisances of the sensors.
         """
         names, every = list(self.unknowns), self.unknowns.values()
         columns = {name: [getattr(one, name) for one in every] for name in ("value", "verdict", "unit", "unit_size")}
@@ -154,7 +154,7 @@ class Identification(Printed):
 
 
 def as_text(rows: Sequence[Sequence[str]], notes: Sequence[str], are_numbers: bool = False) -> str:
-    """Return a table with notes below it; its cells but the first of a row may be numbers, aligned to the right."""
+    """Return a table with notes below it. are_numbers: whether to align to the right all cells but a row's first."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     sides = [str.ljust, *[str.rjust if are_numbers else str.ljust] * (len(widths) - 1)]
     cells = ([side(*one) for side, one in zip(sides, zip(row, widths, strict=True), strict=True)] for row in rows)

@@ -19,8 +19,8 @@ from coupling.inference.identification import (
     Identification,
     Unknown,
 )
-from coupling.inference.measured import Measured, measured_signal, remembered
-from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, inverse
+from coupling.inference.measured import Measured, measured_signal, with_memory
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, unit_covariance
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, Range, length_of
 from coupling.inference.search import MANY, UNLIKELY, Search
@@ -55,21 +55,21 @@ def identify(
     build : callable
         Takes the unknowns by name and returns the CoSimulation of one chain.
     nuisances : sequence of str
-        What is of no interest: "gain", "offset" (N) and "time_zero" (s) of the sensors, or names of `ranges`.
+        Unknowns of no interest: "gain", "offset" (N) and "time_zero" (s) of the sensors, or names of `ranges`.
     sensors : sequence of int, optional
-        Beads whose traces are compared; by default all of a signal. A run needs them.
+        Beads whose traces are compared; by default all of a signal. They must be given for a run.
     until : float, optional
-        The record counts up to this time after the impact, s; by default four times a wave's way through the chain.
+        Time after the impact, s, up to which samples count; by default four times that of a wave through the chain.
     noise : float, optional
         Standard deviation of a sample, N; by default `noise` of the signal, or an estimate.
     seed : int
-        Of the scan's points.
+        Seed of the scan's points.
     guess : mapping, optional
-        A value of each unknown near the truth, from which least squares start instead of a scan.
+        A value of each unknown near the truth. Least squares start from it instead of a scan.
     discrepancy : float
-        Standard deviation of what the model lacks, as a part of the greatest force at each sensor, such as 0.005.
+        Standard deviation of the model's error, as a part of the greatest force at each sensor, such as 0.005.
     **ranges : tuple of float
-        Each unknown as (lowest, highest) value; over more than a factor of ten its logarithm is searched.
+        Each unknown as (lowest, highest) value. Over more than a factor of ten the search is logarithmic.
 
     Returns
     -------
@@ -129,46 +129,48 @@ def identify(
         conditioning = str(signal.attrs.get("conditioning", "")).splitlines()
         inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {"conditioning": conditioning}
     with progress(0, "identify", "run") as prediction.progress:
-        return _found(search, not_negative("discrepancy", discrepancy), names, inputs)
+        return _identification(search, not_negative("discrepancy", discrepancy), names, inputs)
 
 
 def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
-    """Return the names of nuisances."""
+    """Return the names of nuisances as a list, or raise a ValueError for a wrong name."""
     names = [nuisances] if isinstance(nuisances, str) else list(nuisances)
     if wrong := [name for name in names if name not in (*OF_SENSORS, *ranges)]:
-        choices = ", ".join(OF_SENSORS)
-        raise ValueError(f"nuisances: {short(wrong[0])} is none; must be {choices}, or an unknown that has a range")
+        raise ValueError(f"nuisances = {short(wrong[0])}: must be {', '.join(OF_SENSORS)}, or an unknown with a range")
     return names
 
 
 def _check_times(measured: Measured, prediction: Prediction) -> None:
-    """Raise a ValueError for a signal that is too coarse or too short, perhaps because its unit of time is another."""
+    """Raise a ValueError for a signal that is too coarse or too short, perhaps because its unit of time is wrong."""
     contact, wave = prediction.contact_time, prediction.first.chain.transit_time
     record, coarsest = float(measured.time[-1] - measured.time[0]), 0.25 * contact
     if coarsest < measured.step:
         units = (("ms", "ms", 1e-3), ("us", "µs", 1e-6))
         fits = [one for one in units if one[2] * measured.step <= coarsest and one[2] * record >= 0.5 * wave]
+        doubt = ", or are its times in {}? Then give time_unit = '{}' to read_signal, or times in s to as_signal"
         raise ValueError(
             f"signal: has a sample every {readable(measured.step, 's', 4)}, too coarse for contacts of "
             f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
-            + "".join(f", or are its times in {shown}? Then give time_unit = {unit!r}" for unit, shown, _ in fits[:1])
+            + "".join(doubt.format(shown, unit) for unit, shown, _ in fits[:1])
         )
     if (longest := min(record, prediction.until)) < 0.5 * wave:
         raise ValueError(
-            f"signal: {readable(longest, 's', 4)} are compared, but the wave needs about {readable(wave, 's', 4)} "
+            f"signal: {readable(longest, 's', 4)} are compared, but a wave needs about {readable(wave, 's', 4)} "
             "through the chain; record longer, or give a longer until"
         )
 
 
-def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs: dict[str, Any]) -> Identification:
-    """Search, and judge what is found. discrepancy: of the model, as a part of each peak."""
+def _identification(
+    search: Search, discrepancy: float, nuisances: Sequence[str], inputs: dict[str, Any]
+) -> Identification:
+    """Search for the best fit, and judge it. discrepancy: the model's error, as a part of each peak."""
     misfit, prediction, minima = search.misfit, search.misfit.prediction, search.minima()
     best, point, beside = search.settled(minima[0])
     if any(sensor.memory.size for sensor in misfit.measured.sensors):
-        # What the first fit leaves shows the memory of the noise.
+        # The residual of the first fit shows the memory of the noise.
         rows = misfit.data(best).residual.transpose("sensor", "time").values
         both = zip(misfit.measured.sensors, rows, strict=True)
-        sensors = [remembered(sensor, row) if sensor.memory.size else sensor for sensor, row in both]
+        sensors = [with_memory(sensor, row) if sensor.memory.size else sensor for sensor, row in both]
         rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
         misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
         minima = [search.solved(places) for places in rivals]
@@ -176,8 +178,8 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
     covariance, size, explained = misfit.covariance(point, discrepancy)
     root, data = np.sqrt(np.diag(covariance)), misfit.data(best)
 
-    # Other fits that the noise does not exclude, and that are apart.
-    inflation = np.maximum(np.diag(covariance) / np.diag(inverse(point.columns)), 1e-6)[: search.size]
+    # Other fits that the noise does not exclude, and that differ from each other.
+    inflation = np.maximum(np.diag(covariance) / np.diag(unit_covariance(point.columns)), 1e-6)[: search.size]
     modes = [best]
     for fit in sorted([*minima, *beside], key=lambda one: one.misfit):
         as_good = fit.misfit - best.misfit < UNLIKELY * float(inflation.max())
@@ -204,10 +206,10 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         value, half = best.time_zero if unit else next(gains), half * size_of
         unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, unit, 1e-6 if unit else 1.0)
 
-    # What the user must know: whether contacts yield, first of all.
+    # Notes for the user. Runs of the search may warn of yielding; what counts is the run of the best fit.
     said, notes = [one for one in prediction.warnings.values() if not one.startswith("yield: ")], list[str]()
     if not explained:
-        words = "the model lacks something, and values may be biased by more than their intervals"
+        words = "the model lacks something, and values may be wrong by more than their intervals; correct the model"
         notes.append(f"the residual is {size:.3g} times the noise: {words}")
     if len(said) < len(prediction.warnings):
         with collected():
@@ -215,7 +217,7 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
         notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
     notes += [f"{one.name}: {AT_END}; widen it" for one, is_end in zip(search.ranges, at_end, strict=True) if is_end]
     notes += [
-        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
+        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or swap its wires"
         for name, one in unknowns.items()
         if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
     ]
@@ -230,7 +232,7 @@ def _found(search: Search, discrepancy: float, nuisances: Sequence[str], inputs:
                 f"was fitted with a memory of {count_of(sensor.memory.size, 'sample')}"
             )
     if prediction.failed:
-        notes.append(f"{prediction.failed} of {prediction.runs} runs failed, and were left out")
+        notes.append(f"{prediction.failed} of {prediction.runs} runs failed and were left out")
     if len(modes) > 1:
         notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
     if explained and search.guess is None and search.size >= MANY:

@@ -1,4 +1,4 @@
-"""What a signal can determine before it is measured: Fisher information and Cramér–Rao bounds."""
+"""What a signal can determine, before it is measured: Fisher information and Cramér–Rao bounds."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import BLIND, DEVIATIONS, HALF, IDENTIFIED, NUISANCE, Printed, as_text
 from coupling.inference.identify import nuisances_of
 from coupling.inference.measured import Measured, Sensor
-from coupling.inference.misfit import GAIN, OFFSET, TIME_ZERO, Misfit, inverse, steps_for
+from coupling.inference.misfit import GAIN, OFFSET, TIME_ZERO, Misfit, steps_for, unit_covariance
 from coupling.inference.prediction import MOST_SAMPLES, Prediction, Range, length_of
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import warn
@@ -25,14 +25,14 @@ from structures.structure import Vector
 
 @dataclass(frozen=True, repr=False)
 class Information(Printed):
-    """What a signal determines at best; returned by `identifiability`.
+    """What a signal can determine at best; returned by `identifiability`.
 
     Parameters
     ----------
     values : dict
-        The unknowns.
+        The values of the unknowns.
     bounds : dict
-        Least standard deviation of each unknown and nuisance, in its unit; those of gains are relative to 1.
+        Least standard deviation of each unknown and nuisance, in its unit; for gains it is relative to 1.
     warnings : list of str
         What the user must know.
     """
@@ -74,7 +74,7 @@ def identifiability(
     compare: str = "waveform",
     **values: float,
 ) -> Information:
-    """Return the least errors with which a signal determines unknowns, without measuring it: the tool to design a test.
+    """Return the least errors with which a signal can determine unknowns. No signal is needed: use it to design a test.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def identifiability(
     compare : {"waveform", "features"}
         Whether all samples are compared, or only AR and TOF of the primary wave at each sensor.
     **values : float
-        The unknowns, not zero, at which the bounds hold.
+        The values of the unknowns at which the bounds hold; none of them may be zero.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def identifiability(
         raise ValueError("values: name at least one unknown of the builder, such as thickness=2e-3")
     values = {name: finite(name, value) for name, value in values.items()}
     if zero := [name for name, value in values.items() if value == 0.0]:
-        raise ValueError(f"{zero[0]} = 0: bounds are relative to the value, which must not be zero")
+        raise ValueError(f"{zero[0]} = 0: must not be zero, because bounds are relative to the value")
     step, noise = positive("sample_every", sample_every, "s"), positive("noise", noise)
     Likely.NOISE.warn("identifiability", "noise", noise)
     Likely.SAMPLE.warn("identifiability", "sample_every", step)
@@ -127,7 +127,7 @@ def identifiability(
     if until / step > MOST_SAMPLES:
         raise ValueError(f"sample_every = {step!r} s: makes more than {MOST_SAMPLES:.0e} samples of a trace")
 
-    # A signal without noise at the values; unknowns change by parts of these.
+    # A signal without noise at the given values.
     prediction, places = Prediction(build, ranges, beads, until), np.full(len(ranges), 0.5)
     asked, time = nuisances_of(nuisances, values), np.arange(0.0, until, step)
     rows = [
@@ -139,7 +139,7 @@ def identifiability(
         names += [*[TIME_ZERO] * (TIME_ZERO in asked), *[f"{GAIN} {bead}" for bead in beads if GAIN in asked]]
 
     def columns(steps: Vector) -> Vector:
-        """Return the derivatives of what is compared over its error, those of the unknowns over twice some steps."""
+        """Return the derivatives of the compared quantities over their errors, with these steps of the unknowns."""
         if compare == "features":
             return _features(misfit, places, steps)
         point = misfit.at(places, steps)
@@ -147,13 +147,13 @@ def identifiability(
         return np.hstack([point.columns, own[:, [TIME_ZERO in asked, *[GAIN in asked] * len(beads)]]])
 
     def bounds(found: Vector) -> Vector:
-        """Return the error of each parameter, infinite where there is less to compare than to find, or no change."""
+        """Return the error of each parameter, infinite if it changes nothing, or if there are too few quantities."""
         there = found[np.isfinite(found).all(axis=1)]
         none = ~there.any(axis=0) | (there.shape[0] < there.shape[1])
-        return np.where(none, inf, np.sqrt(np.diag(inverse(there))))
+        return np.where(none, inf, np.sqrt(np.diag(unit_covariance(there))))
 
-    # Steps that are too wide for the curvature of the model, or so narrow that rounding counts, make unknowns look more
-    # different than they are. So the largest bound is the nearest, with a warning where the next differs by a tenth.
+    # If steps are too wide for the curvature of the model, or so narrow that rounding counts, unknowns seem easier to
+    # tell apart than they are. So the largest bound is the best, with a note if the next one differs by a tenth.
     narrow, narrower = (bounds(columns(np.full(places.size, step))) for step in (1e-3, 1e-4))
     steps = steps_for(narrow[: places.size])
     compared = columns(steps)
@@ -163,17 +163,17 @@ def identifiability(
     warn(notes)
     if (unsure := (away > 0.1) & (DEVIATIONS * errors[: places.size] <= HALF)).any():
         shown = ", ".join(name for name, is_unsure in zip(values, unsure, strict=True) if is_unsure)
-        notes.append(f"bounds of {shown} are exact to {100.0 * away[unsure].max():.0f} % only")
+        notes.append(f"bounds of {shown} are accurate to {100.0 * away[unsure].max():.0f} % only")
     if missing := int(np.isnan(compared[:, 0]).sum()):
-        notes.append(f"{missing} of {len(compared)} features have no wave to be measured of")
+        notes.append(f"{missing} of {len(compared)} features are missing, because no such wave is found")
     unit = {TIME_ZERO: misfit.unit} | {name: abs(value) for name, value in values.items()}
     found = {name: error * unit.get(name, 1.0) for name, error in zip(names, errors.tolist(), strict=True)}
     return Information(values, found, notes)
 
 
 def _features(misfit: Misfit, places: Vector, steps: Vector, draws: int = 64) -> Vector:
-    """Return the derivatives of AR and TOF at all sensors over their errors in noisy draws, feature × unknown; NaN
-    where a wave is missing. 64 draws are exact to 9 %."""
+    """Return the derivatives of AR and TOF at all sensors over their errors in noisy draws, feature × unknown; NaN if
+    a wave is missing. With 64 draws the errors are accurate to 9 %."""
     prediction, sensors, random = misfit.prediction, misfit.measured.sensors, np.random.default_rng(0)
     moving = prediction.first.chain
     hop = moving.transit_time / (count := len(moving.chain.beads))
@@ -183,8 +183,8 @@ def _features(misfit: Misfit, places: Vector, steps: Vector, draws: int = 64) ->
         with collected():
             signal = as_signal(time, dict(zip(prediction.sensors, forces, strict=True)))
             for n in prediction.sensors:
-                # A wave is back after 0.86 or more of the time that theory gives, in compressed chains; what comes
-                # earlier is the tail of the incident one.
+                # A wave is back after 0.86 or more of the theoretical time in compressed chains. Earlier peaks belong
+                # to the tail of the incident wave.
                 wave = reflections(signal, n, earliest=0.8 * 2.0 * (count - n) * hop).primary
                 found = isinstance(wave, ReflectedWave)
                 features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2

@@ -1,5 +1,5 @@
-"""A signal as identification takes it: its samples, and what its sensors read besides waves. The quiet lead alone says
-what that is; what a model lacks shows only where there are waves, and no disturbance may explain it."""
+"""The signal of an identification: its samples, and the disturbances of its sensors. Disturbances are determined from
+the quiet lead alone: what the model lacks shows only where there are waves, and no disturbance may hide it."""
 
 from collections.abc import Iterable
 from itertools import product
@@ -18,30 +18,28 @@ from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
 
 FEWEST, FEWEST_OF_LEAD = 16, 50
-"""Samples of a sensor, and of a quiet lead, which then gives the noise to 10 %."""
+"""Least numbers of samples of a sensor, and of a quiet lead; such a lead gives the noise to 10 %."""
 
 
 class Sensor(NamedTuple):
-    """One sensor: its bead, force (N; NaN where samples are left out), and the standard deviation of its noise, N.
-    lead: samples before the first wave, 0 where they are too few. memory: coefficients of noise that remembers its last
-    samples; step: the standard deviation of what is new in each, N. drifts: the lead shows hum or drift."""
+    """One sensor and its noise."""
 
     bead: int
-    force: Vector
-    noise: float
-    lead: int = 0
-    memory: Vector = np.zeros(0)
-    step: float = 0.0
-    drifts: bool = False
+    force: Vector  # N; NaN for samples that are left out
+    noise: float  # standard deviation of a sample, N
+    lead: int = 0  # samples before the first wave, 0 if they are too few
+    memory: Vector = np.zeros(0)  # coefficients of an autoregression: the noise remembers its last samples
+    step: float = 0.0  # standard deviation of the new part of each noise sample, N
+    drifts: bool = False  # whether the lead shows hum or drift
 
     def baseline(self, time: Vector, offset: bool) -> Vector:
-        """Return the shapes of what is fitted beside the waves, times × polynomials: a cubic is as good as hum, and
-        a ramp takes the error of the zero that the lead gives."""
+        """Return the shapes that are fitted besides the waves, times × polynomials: a cubic for hum and drift, a line
+        for the error of the zero that the lead gives."""
         terms = max(4 if self.drifts else 2 if self.lead else 0, int(offset))
         return legvander(2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0, max(terms - 1, 0))[:, :terms]
 
     def whitened(self, values: Vector) -> Vector:
-        """Return values such that their noise is white and of size 1."""
+        """Return values filtered so that their noise is white with standard deviation 1."""
         if not self.memory.size:
             return values / self.noise
         white = lfilter(np.append(1.0, -self.memory), [1.0], values, axis=-1) / self.step
@@ -50,11 +48,11 @@ class Sensor(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """A signal: times (s), sensors, and whether the size of the noise was given."""
+    """A measured signal."""
 
-    time: Vector
+    time: Vector  # s
     sensors: list[Sensor]
-    given: bool = False
+    given: bool = False  # whether the size of the noise is known, not estimated
 
     @property
     def step(self) -> float:
@@ -63,7 +61,7 @@ class Measured(NamedTuple):
 
 
 def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: float | None) -> Measured:
-    """Return the signal; a ValueError says what is wrong with it."""
+    """Return the signal of an identification, or raise a ValueError for one that cannot be used."""
     data = instance("signal", signal, xr.Dataset, "a signal of read_signal or as_signal, or a run")
     kind = kind_of(data)
     if kind not in ("signal", "run"):
@@ -77,7 +75,7 @@ def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: fl
         there = force[np.isfinite(force)]
         if there.size < FEWEST:
             count = count_of(there.size, "sample")
-            raise ValueError(f"signal: sensor {bead} has {count} with a number; needs {FEWEST}")
+            raise ValueError(f"signal: sensor {bead} has {count} that are not NaN; must have {FEWEST}")
         if np.ptp(there) == 0.0:
             raise ValueError(f"signal: sensor {bead} is constant, {there[0]:g} N; must hold a wave")
         if noise is not None:
@@ -88,13 +86,13 @@ def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: fl
             size = estimated(force)
         least = NUMERICAL * float(abs(there).max())
         sensor = Sensor(bead, force, float(np.hypot(size, least)), lead_of(force))
-        rows.append(_disturbed(sensor, given) if sensor.lead and noise_level(there) > least else sensor)
+        rows.append(_with_disturbances(sensor, given) if sensor.lead and noise_level(there) > least else sensor)
     return Measured(np.asarray(data.time.values, dtype=float), rows, given)
 
 
 def estimated(force: Vector) -> float:
-    """Return the standard deviation of a sample, N: from third differences, or of the quiet lead where that is larger
-    by three standard errors, as noise of low frequency shows in the lead alone."""
+    """Return the standard deviation of a sample, N: from third differences, or of the quiet lead if that is larger by
+    three standard errors. Noise of low frequency shows in the lead alone."""
     filled = interpolated_over_gaps(force)
     white, lead = noise_level(filled), filled[: lead_of(force)]
     slow = float(lead.std(ddof=1)) if lead.size else 0.0
@@ -102,14 +100,14 @@ def estimated(force: Vector) -> float:
 
 
 def lead_of(force: Vector) -> int:
-    """Return three quarters of the samples before the first wave; 0 where they are too few."""
+    """Return three quarters of the number of samples before the first wave; 0 if they are too few."""
     lead = 3 * quiet_lead(interpolated_over_gaps(force)) // 2
     return lead if lead >= FEWEST_OF_LEAD else 0
 
 
-def _disturbed(sensor: Sensor, given: bool) -> Sensor:
-    """Return a sensor with the disturbances of its lead: the autoregression and polynomial with the least of Bayes's
-    information criterion, if that is lower by 6 than of white noise alone: strong evidence (Kass and Raftery, 1995)."""
+def _with_disturbances(sensor: Sensor, given: bool) -> Sensor:
+    """Return a sensor with the disturbances of its lead: the autoregression and polynomial of the least Bayesian
+    information criterion, if it is lower by 6 than that of white noise: strong evidence (Kass and Raftery, 1995)."""
     quiet = interpolated_over_gaps(sensor.force)[: sensor.lead] / sensor.noise
     before = np.stack([quiet[4 - k : quiet.size - k] for k in range(1, 5)], axis=1)
     values, shapes = quiet[4:], legvander(np.linspace(-1.0, 1.0, quiet.size - 4), 3)
@@ -128,9 +126,9 @@ def _disturbed(sensor: Sensor, given: bool) -> Sensor:
     return sensor._replace(drifts=True, noise=sensor.noise if given else white)
 
 
-def remembered(sensor: Sensor, left: Vector) -> Sensor:
-    """Return a sensor with the memory of its noise in what a fit leaves of the record, N, NaN where nothing is known. A
-    lead of some hundred samples shows that there is one, but knows it too badly: intervals were too short."""
+def with_memory(sensor: Sensor, left: Vector) -> Sensor:
+    """Return a sensor with the memory of its noise from the residual of a fit, N, NaN if unknown. A lead of a few
+    hundred samples shows that there is a memory, but not exactly enough: intervals were too short."""
     left, order = left[np.isfinite(left)], sensor.memory.size
     before = np.stack([left[order - k : left.size - k] for k in range(1, order + 1)], axis=1)
     memory = np.asarray(np.linalg.lstsq(before, left[order:], rcond=None)[0], dtype=np.float64)

@@ -1,5 +1,5 @@
-"""The misfit of predicted and measured traces, whatever the gain, offset and time zero of the sensors are. These
-follow from the traces of a run, and are projected out of the residual: a search varies the builder's unknowns alone."""
+"""The misfit of predicted and measured traces. Gain, offset and time zero of the sensors follow from the traces of a
+run and are projected out of the residual, so that a search varies the builder's unknowns alone."""
 
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -19,32 +19,28 @@ from structures.structure import Vector
 GAIN, OFFSET, TIME_ZERO = "gain", "offset", "time_zero"
 
 OF_SENSORS = (GAIN, OFFSET, TIME_ZERO)  # Nuisances that belong to the sensors, not to the builder.
-FAILED = 1e6  # The residual of a run that failed, so that a search turns back.
+FAILED = 1e6  # The residual of a run that failed; it makes a search turn back.
 
 
 class Fit(NamedTuple):
-    """Traces at the places of the unknowns against the signal.
-
-    time_zero: s; residual: white, over the noise, sensor by sensor; slope: its derivative by the time zero, in contact
-    times; white: the traces as in the residual; fitted: N, without baseline. Each list is empty where the run failed.
-    """
+    """A run at some places of the unknowns, fitted to the signal. The lists are empty if the run failed."""
 
     places: Vector
-    time_zero: float
-    residual: Vector
-    slope: Vector
-    gains: Vector
-    white: list[Vector]
-    fitted: list[Vector]
+    time_zero: float  # s
+    residual: Vector  # whitened, over the noise, sensor by sensor
+    slope: Vector  # derivative of the residual by the time zero in contact times
+    gains: Vector  # one for each sensor
+    white: list[Vector]  # the traces, whitened like the residual
+    fitted: list[Vector]  # the traces times their gains, N, without baseline
 
     @property
     def works(self) -> bool:
-        """The run did not fail."""
+        """Whether the run succeeded."""
         return bool(self.fitted)
 
     @property
     def misfit(self) -> float:
-        """χ²: the sum of squares."""
+        """The sum of squares of the residual, χ²."""
         return float(self.residual @ self.residual)
 
     @property
@@ -54,16 +50,17 @@ class Fit(NamedTuple):
 
 
 class Point(NamedTuple):
-    """A fit with its derivatives. columns: of the residual by the unknowns, with the parameters of the sensors fitted
-    anew, and by each of these alone; carried: how all parameters, in rows, follow those of columns."""
+    """A fit with its derivatives."""
 
     fit: Fit
     columns: Vector
+    """Derivatives of the residual by the unknowns, with the sensors' parameters refitted, and by these alone."""
     carried: Vector
+    """Derivatives of all parameters, in rows, by the parameters of `columns`, in columns."""
 
 
 class Misfit:
-    """Compares predictions with a measured signal. names: of all parameters, unknowns, time zero, gains."""
+    """The comparison of predictions with a signal. names: all parameters: the unknowns, the time zero, the gains."""
 
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str]) -> None:
         self.prediction, self.until, self.unit = prediction, prediction.until, prediction.contact_time
@@ -74,7 +71,7 @@ class Misfit:
         self.count(measured)
 
     def count(self, measured: Measured, time_zero: float | None = None) -> None:
-        """Count the samples of a signal that are no NaN; those up to the end of the prediction after `time_zero`, s."""
+        """Choose the samples that count: those that are not NaN and, if `time_zero` is given, s, in the prediction."""
         self.measured, self.used = measured, list[NDArray[np.bool_]]()
         self._bases, self._forces, moments = list[Vector](), list[Vector](), measured.time - (time_zero or 0.0)
         self._grid = np.arange(0.0, self.until, measured.step)  # of what is sought in the signal by cross-correlation
@@ -84,7 +81,7 @@ class Misfit:
             used = np.isfinite(sensor.force)
             self._spectra.append(rfft(np.where(used, sensor.force, 0.0), self._length))
             if time_zero is not None:
-                # Samples before the impact show the baseline, so they count where the lead is quiet.
+                # Samples before the impact show the baseline, so they count if there is a quiet lead.
                 used &= (moments >= -(self.until if sensor.lead else self.unit)) & (moments <= self.until)
             self.used.append(used)
             shapes = sensor.baseline(measured.time, OFFSET in self.free)[used]
@@ -96,12 +93,12 @@ class Misfit:
             raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
 
     def _clean(self, row: int, values: Vector) -> Vector:
-        """Return values over the samples of a sensor, white and without what its baseline may explain."""
+        """Return values over the samples of a sensor, whitened, without the part that its baseline can explain."""
         white, basis = self.measured.sensors[row].whitened(values), self._bases[row]
         return np.asarray(white - (white @ basis) @ basis.T)
 
     def fits(self, places: Sequence[Vector], near: float | None = None) -> list[Fit]:
-        """Return the fits of runs, which are done together, with the best time zero, or the best one near a time, s."""
+        """Return the fits at places, with the best time zero, or the best near a time, s; runs are done together."""
         return [self._fit(*both, near) for both in zip(places, self.prediction.traces(places), strict=True)]
 
     def _fit(self, places: Vector, traces: Vector, near: float | None) -> Fit:
@@ -122,14 +119,14 @@ class Misfit:
         return best
 
     def _correlated(self, curve: CubicSpline) -> float:
-        """Return the time zero by cross-correlation, s, to a sample."""
+        """Return the time zero by cross-correlation, s, exact to one sample."""
         step, grid, total = self.measured.step, self._grid, np.zeros(1)
         count, shapes = self.measured.time.size + grid.size - 1, curve(np.minimum(grid, curve.x[-1]))
         for sensor, spectrum, shape in zip(self.measured.sensors, self._spectra, shapes, strict=True):
             along = irfft(spectrum * rfft(shape[::-1], self._length), self._length)[:count]
             square = float(shape @ shape)
             if square > 0.0:
-                # A sensor whose wires are turned has a negative gain.
+                # The gain may be negative: the wires of a sensor may be swapped.
                 total = total + (along**2 / square if GAIN in self.free else 2.0 * along - square) / sensor.noise**2
         return float(self.measured.time[0] + step * (int(np.argmax(total)) - (grid.size - 1)))
 
@@ -158,8 +155,8 @@ class Misfit:
         return Fit(places, time_zero, np.concatenate(residuals), np.concatenate(slopes), gains, whites, fitted)
 
     def at(self, places: Vector, steps: Vector, central: bool = True) -> Point:
-        """Return the fit at places and its derivatives: central differences over twice these steps, one-sided at an end
-        of a range and beside a run that fails; else all are one-sided."""
+        """Return the fit at places and its derivatives, by central differences with these steps, or one-sided. Central
+        differences become one-sided at an end of a range and beside a run that fails."""
         here, size = self._fit(places, self.prediction.trace(places), None), places.size
         above = np.minimum(places + steps, 1.0)
         below = np.maximum(places - steps, 0.0) if central else np.where(above > places, places, places - steps)
@@ -173,7 +170,7 @@ class Misfit:
         width = np.where(failed[1], places, above) - np.where(failed[0], places, below)
         width = np.where(width > 0.0, width, 1.0)[:, None]
 
-        # All parameters that are no unknowns follow them; a time zero turns no gain, as it changes no trace's size.
+        # The sensors' parameters follow the unknowns. The gains do not follow the time zero: it only shifts a trace.
         chosen = np.array([TIME_ZERO in self.free, *[GAIN in self.free] * len(self.used)])
         carried = np.eye(len(self.names))
         carried[size:, :size] = ((sensors[1] - sensors[0]) / width).T[chosen]
@@ -185,18 +182,18 @@ class Misfit:
         return np.split(values, np.cumsum([used.sum() for used in self.used])[:-1])
 
     def is_numerical(self, fit: Fit) -> bool:
-        """Return whether the residual is within what runs are exact to, at each sensor: a run is taken for a signal."""
+        """Return whether the residual at each sensor is within the numerical error of runs: the signal is a run."""
         return all(
             float(np.sqrt((part**2).mean())) * sensor.noise <= NUMERICAL * float(np.nanmax(abs(sensor.force)))
             for part, sensor in zip(self.by_sensor(fit.residual), self.measured.sensors, strict=True)
         )
 
     def explains(self, fit: Fit) -> bool:
-        """Return whether the residual is that of noise, or of runs: not larger, and not correlated over a contact time,
-        by the sum of Ljung and Box within four standard deviations."""
+        """Return whether the residual is noise, or the numerical error of runs: not larger, and not correlated over a
+        contact time by the sum of Ljung and Box, within four standard deviations."""
         if self.is_numerical(fit):
             return True
-        # Noise that was estimated may be half as large again.
+        # The variance of the noise may be half as large again if it was estimated.
         most = 1.0 + 4.0 * np.sqrt(2.0 / self.degrees) if self.measured.given else 1.5
         total, limit, lags = 0.0, 0.0, max(2, int(self.unit / self.measured.step))
         for sensor, part in zip(self.measured.sensors, self.by_sensor(fit.residual), strict=True):
@@ -204,21 +201,20 @@ class Misfit:
             total += part.size * float((along**2).sum())
             limit += lags
             if terms := sensor.memory.size:
-                # The memory that a short lead shows has an error, which leaves a correlation of its own.
+                # The memory from a short lead is inexact, which leaves some correlation.
                 limit += part.size / sensor.lead * (terms + 4.0 * float(np.sqrt(2.0 * terms)))
         white = total < limit + 4.0 * float(np.sqrt(2.0 * lags * len(self.used)))
         return bool(fit.misfit < most * self.degrees and white)
 
     def covariance(self, point: Point, discrepancy: float) -> tuple[Vector, float, bool]:
-        """Return the covariance of all parameters, residual over noise, and whether the residual is noise."""
+        """Return the covariance of all parameters, the residual over the noise, and whether the residual is noise."""
         measured, numerical = self.measured, self.is_numerical(point.fit)
         ratio, explained = point.fit.misfit / self.degrees, self.explains(point.fit)
-        # The size of the noise is that of the residual, if it was not given.
+        # If the size of the noise is not known, the residual gives it.
         known = measured.given and not any(sensor.memory.size for sensor in measured.sensors)
         factor = 1.0 if numerical or (known and explained) else max(ratio, float(known))
 
-        # What the model lacks, and what runs are inexact by, is a part of each peak that is correlated in time over a
-        # quarter of a contact.
+        # The error of the model, and that of runs, is a part of each peak, correlated over a quarter of a contact.
         lacking, information = max(discrepancy, NUMERICAL * numerical), np.zeros((point.columns.shape[1],) * 2)
         width = 0.25 * self.unit / measured.step
         kernel = np.exp(-0.5 * (np.arange(-int(4.0 * width), int(4.0 * width) + 1) / width) ** 2)[:, None]
@@ -226,12 +222,12 @@ class Misfit:
         for columns, fitted, sensor in parts:
             size = lacking * float(abs(fitted).max()) / sensor.noise
             information += size**2 * columns.T @ fftconvolve(columns, kernel, mode="same", axes=0)
-        white = inverse(point.columns)
+        white = unit_covariance(point.columns)
         covariance = point.carried @ (factor * white + white @ information @ white) @ point.carried.T
         return covariance, float(np.sqrt(ratio)), explained
 
     def data(self, fit: Fit) -> xr.Dataset:
-        """Return what was measured and fitted, over sensor and time, and offset, hum and drift as `baseline`."""
+        """Return the measured and fitted forces over sensor and time; `baseline` has offset, hum and drift."""
         time, sensors = self.measured.time, self.measured.sensors
         force = np.stack([sensor.force for sensor in sensors])
         fitted, slow = np.full(force.shape, np.nan), np.zeros(force.shape)
@@ -250,8 +246,8 @@ class Misfit:
         )
 
 
-def inverse(columns: Vector) -> Vector:
-    """Return the covariance for unit noise; directions that change nothing get an error that is large, not infinite."""
+def unit_covariance(columns: Vector) -> Vector:
+    """Return the covariance for unit noise. Directions that change nothing get a large error, not an infinite one."""
     size = np.sqrt((columns**2).sum(axis=0))
     size = np.where(size > 0.0, size, 1.0)
     information = (columns / size).T @ (columns / size) + 1e-14 * np.eye(columns.shape[1])
@@ -260,10 +256,10 @@ def inverse(columns: Vector) -> Vector:
 
 
 def steps_for(errors: Vector) -> Vector:
-    """Return half the distances of runs for derivatives, as parts of the ranges: 0.3 standard deviations.
+    """Return the steps of differences, as parts of the ranges: 0.3 standard deviations.
 
-    Over much less, derivatives would show how traces scatter where a mesh changes with an unknown: that looks like
-    information, and made intervals too short.
+    With much shorter steps derivatives would show the scatter of traces whose mesh changes with an unknown. Scatter
+    looks like information, and it made intervals too short.
     """
     steps: Vector = np.clip(0.3 * errors, 1e-5, 2e-2)
     return steps

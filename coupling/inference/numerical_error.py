@@ -1,4 +1,4 @@
-"""How wrong a run is because of its windows and steps, its mesh and its reduction: runs with each of them refined."""
+"""Numerical errors of a run from windows and steps, the mesh, and the reduction, by runs with each of them refined."""
 
 import json
 from collections.abc import Callable
@@ -25,10 +25,10 @@ from structures.structure import Vector
 from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
-RICHARDSON = 4.0 / 3.0  # An error over its change when lengths are halved: at order 2 it falls to a quarter.
+RICHARDSON = 4.0 / 3.0  # An error over its change when lengths are halved: at order 2 the error falls to a quarter.
 TIGHTER = 1e-2  # Factor of the tolerance of an exact reduction.
 
-# What is read from a run at a sensor: its name in tables, its unit there, and the function.
+# Measures of a run at a sensor: the name in tables, the unit there, and the function.
 MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
     "amplitude_ratio": ("AR", 1.0, amplitude_ratio),
     "time_of_flight": ("TOF, µs", 1e-6, time_of_flight),
@@ -47,11 +47,11 @@ class NumericalError(Printed):
     sensor : int
         The bead.
     values : dict
-        The measures by name, as in `MEASURES`; what the run does not have is left out.
+        The measures by name, as in `MEASURES`; measures that the run does not have are left out.
     parts : dict
-        The errors, value less true value, by source ("time", "mesh", "reduction") and measure; NaN if not estimated.
+        The errors, value minus true value, by source ("time", "mesh", "reduction") and measure; NaN if not estimated.
     notes : dict
-        What was refined, by source, or why it was not.
+        For each source what was refined, or why nothing was.
     warnings : list of str
         What the user must know.
     """
@@ -64,7 +64,7 @@ class NumericalError(Printed):
 
     @property
     def margins(self) -> dict[str, float]:
-        """The root of the sum of their squares, for each measure; the least error where a source is not estimated."""
+        """The root of the sum of squared errors of each measure; a lower bound if a source is not estimated."""
         return {name: float(np.nansum(self._errors(name) ** 2) ** 0.5) for name in self.values}
 
     def _errors(self, name: str) -> Vector:
@@ -95,7 +95,8 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     """Estimate how wrong AR, TOF and contact time are because of windows and steps, the mesh, and the reduction.
 
     Runs the simulation again with half the window, step and saved interval; with cells half as long; and with a
-    reduction to a hundredth of its tolerance. The changes are the errors, times 4/3 where halving leaves a quarter.
+    reduction to a hundredth of its tolerance. The changes are the errors. Those of halved lengths are multiplied by
+    4/3, because a quarter of the error is left.
 
     Parameters
     ----------
@@ -111,18 +112,18 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     Returns
     -------
     NumericalError
-        Values, margins, and errors by source; ``print`` shows a table. The true value is that of the same model: what
-        a theory neglects is no part of the error.
+        Values, margins, and errors by source; ``print`` shows a table. The true value is that of the same model: the
+        error does not include what the theory neglects.
 
     Warns
     -----
     HertzlinkWarning
-        If a source is not estimated: meshes of files, matrices and solvers of a user.
+        If a source cannot be estimated, for example a mesh from a file, given matrices, or a user's solver.
 
     Raises
     ------
     ValueError
-        If build does not take the parameters, depends on chance or returns something else.
+        If build does not take the parameters, depends on chance, or does not return the CoSimulation of one chain.
 
     Examples
     --------
@@ -171,10 +172,10 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
             if isnan(size):
                 warnings.append(f"{source}: {notes[source]}")
             elif lost := [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]:
-                words = "without an error, as the finer run does not have this wave"
+                words = "not estimated, because the finer run does not have this wave"
                 warnings.append(f"{source}: {', '.join(lost)} {words}")
     if "amplitude_ratio" not in values:
-        warnings.append(f"waves: none returns to bead {sensor} until {readable(until, 's')}")
+        warnings.append(f"waves: no wave returns to bead {sensor} within {readable(until, 's')}; give a longer until")
     warn(warnings)
     return NumericalError(sensor, values, parts, notes, [*findings_of(run), *warnings])
 
@@ -182,18 +183,17 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
 def _finer(
     source: str, usual: CoSimulation, built: Callable[..., CoSimulation], plan: Plan
 ) -> tuple[CoSimulation | None, float, str]:
-    """Return a simulation with one source refined, the factor that makes the change an error, and what was refined; the
-    factor is zero where there is nothing to refine, and NaN where something was not refined."""
+    """Return a simulation with one source refined, the error over the change, and a note on what was refined. The
+    factor is zero if there is nothing to refine, and NaN if it cannot be refined."""
     if source == TIME:
-        # The error of an adaptive window, of a chord to a parabola, grows as its length squared: a quarter is half the
-        # window.
+        # The error of an adaptive window grows with the square of its length: a quarter of the tolerance halves it.
         half: Any = Adaptive(usual.window.tolerance / 4.0) if isinstance(usual.window, Adaptive) else plan.length / 2.0
         shorter = usual.replace(window=half, dt=plan.length / usual.chain.steps(plan.length) / 2.0)
         return shorter, RICHARDSON, "windows, steps and saved intervals halved"
     structures = [body.structure for body in usual.interface.structures]
     factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
     if source == MESH:
-        # A mesh has mass; closed forms, as of the half-space, have none. Of a user's solver nobody knows.
+        # A mesh has mass; closed forms, such as the half-space, have none. A user's solver may have a mesh.
         having = [one is None or bool(one.mass.count_nonzero()) for one in structures]
         size, words = RICHARDSON, "cells halved"
     else:
@@ -204,7 +204,7 @@ def _finer(
         return None, 0.0, "none"
     try:
         fine = built(**factors)
-    except ValueError as error:  # too many cells: those of the user are near the limit
+    except ValueError as error:  # too many cells: the user's mesh is near the limit
         return None, nan, f"not estimated; {error}"
     for old, body, has_it in zip(structures, fine.interface.structures, having, strict=True):
         new = body.structure

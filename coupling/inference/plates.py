@@ -1,6 +1,6 @@
-"""The modes of a rectangular plate in place of the mesh of each run, for what builds and strikes many such plates.
+"""The modes of a rectangular plate instead of a mesh for each run, for searches that strike many such plates.
 
-While a builder runs, whether Python or a case file describes it, modes answer for the plate that it strikes.
+While a builder runs, in Python or from a case file, modes replace the mesh of the plate that it strikes.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +18,7 @@ from plates.section import homogeneous_section
 from structures.caution import collected
 from structures.structure import Structure, half_space
 
-# Hz, of the modes at least. With 40 kHz traces of small thin plates, which hold many echoes, are off by 0.5 %.
+# Least upper frequency of the modes, Hz. With 40 kHz, traces of small thin plates, with many echoes, are off by 0.5 %.
 FREQUENCY = 60e3
 
 Build = Callable[..., CoSimulation]
@@ -26,12 +26,12 @@ Build = Callable[..., CoSimulation]
 
 @dataclass(frozen=True)
 class OnModes:
-    """Builds co-simulations on the modes of their plate; slowest: of the plate with the slowest waves, the shortest."""
+    """A builder of co-simulations on the modes of their plates. slowest: the plate with the slowest, shortest waves."""
 
     slowest: ModalPlate
 
     def structure(self, plate: Plate, contacts: list[Contact]) -> Structure | None:
-        """Return the oscillators of a plate where it is struck; None where they do not serve."""
+        """Return the oscillators of a plate at its contact, or None for a plate that needs its mesh."""
         if not is_modal(plate) or len(contacts) != 1:
             return None
         modes, known = self.slowest, self.slowest.plate
@@ -46,26 +46,26 @@ class OnModes:
 
 
 def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
-    """Return what builds a co-simulation on the modes of its plate, of functions that make and strike such plates; None
-    where modes do not serve, as where not one plate is struck at one place. until: of the longest run, s.
+    """Return a builder on the modes of the plates that these functions strike, or None if a function needs the mesh,
+    for example because it strikes two plates, or a plate at two places. until: length of the longest run, s.
 
-    The modes are those of the plate with the slowest waves, so the shortest, between the plate of the first
-    co-simulation and those of the others, which differ from it by one quantity each.
+    The modes are those of a plate whose waves are as slow, and so as short, as any that the functions span. Each
+    function differs from the first by one quantity.
     """
     plates = list[Plate]()
 
     def noted(plate: Plate, contacts: list[Contact]) -> Structure:
         if not is_modal(plate) or len(contacts) != 1:
-            raise ValueError("plate: its modes do not serve")
+            raise ValueError("plate: needs its mesh")
         plates.append(plate)
         return half_space(plate.section.struck)  # it never moves, and needs no mesh
 
     try:
-        with collected(), answered_by(noted):  # the runs repeat what holds for their values
+        with collected(), answered_by(noted):  # the runs will repeat the warnings for their own values
             for build in builds:
                 build()
     except (ArithmeticError, LookupError, TypeError, ValueError):
-        return None  # it needs the mesh; what else is wrong shows in its own runs
+        return None  # a plate needs the mesh; other errors will show in the runs
     if len(plates) != len(builds):
         return None
     first, speeds = plates[0], np.array([plate.section.bending[0, 0] / plate.section.mass for plate in plates]) ** 0.5
@@ -76,7 +76,7 @@ def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
 
 
 def on_modes(build: Build, ranges: Mapping[str, tuple[float, float]], until: float) -> Build | None:
-    """Return a builder of the same co-simulations on the modes of their plates; None where modes do not serve them."""
+    """Return a builder of the same co-simulations on the modes of their plates, or None if they need the mesh."""
     middle = {name: 0.5 * (low + high) for name, (low, high) in ranges.items()}
     changes = [{}, *({name: end} for name, ends in ranges.items() for end in ends)]
     simulation = modes_of([partial(build, **(middle | change)) for change in changes], until)

@@ -1,4 +1,4 @@
-"""Predictions of a builder of co-simulations at the sensors of a measured signal, at many values of the unknowns."""
+"""Predictions of a builder of co-simulations at the sensors of a measured signal, for many values of the unknowns."""
 
 from collections.abc import Callable, Sequence
 from itertools import chain
@@ -12,20 +12,21 @@ from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.findings import kind
 from coupling.sweeps.batch import Records
+from coupling.sweeps.points import shown
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import caution, collected
 from structures.checks import positive
 from structures.structure import Vector
 from structures.units import readable
 
-NUMERICAL = 1e-4  # Part of the peak to which traces of runs are exact; lower noise is not believed.
-# Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance.
+NUMERICAL = 1e-4  # Numerical error of traces, as a part of the peak; lower noise is not believed.
+# Default length of the prediction, in times of a wave through the chain. Later waves depend on chance.
 FROM_IMPACT = 4.0
-MOST_SAMPLES = 1e6  # Of a trace.
+MOST_SAMPLES = 1e6  # Largest number of samples of a trace.
 
 
 class Range(NamedTuple):
-    """An unknown between two values; `place` is 0 at the low one and 1 at the high one."""
+    """An unknown between two values. Its `place` is 0 at the low value and 1 at the high value."""
 
     name: str
     low: float
@@ -33,7 +34,7 @@ class Range(NamedTuple):
 
     @property
     def logarithmic(self) -> bool:
-        """True if equal places are equal factors: for ranges of more than a factor of ten."""
+        """True for ranges of more than a factor of ten: equal steps of the place are then equal factors."""
         return self.low > 0.0 and self.high > 10.0 * self.low
 
     def value(self, place: float) -> float:
@@ -51,8 +52,8 @@ class Range(NamedTuple):
 def length_of(
     build: Callable[..., CoSimulation], ranges: Sequence[Range], until: float | None, record: float = inf
 ) -> float:
-    """Return the length of the prediction, s: `until`, or where that is None four times what a wave takes through the
-    chain, but not longer than a record, s, or than the structure was reduced for."""
+    """Return the length of the prediction, s: `until`; or if that is None, four times the time of a wave through the
+    chain, but not longer than the record, s, or than the time for which the structure was reduced."""
     check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
     if until is not None:
         return positive("until", until, "s")
@@ -62,15 +63,15 @@ def length_of(
     valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
     if valid < 0.75 * wanted:
         caution(
-            f"until: the structure was made for runs of {readable(valid, 's', 4)}, so that later samples do not count; "
-            f"make it for {readable(wanted, 's', 4)}"
+            f"until: the structure was reduced for runs of {readable(valid, 's', 4)}, so that later samples do not "
+            f"count; reduce it for {readable(wanted, 's', 4)}"
         )
     return min(wanted, valid)
 
 
 class Prediction:
-    """Runs of a builder, as dynamic forces at sensors, N: sensors × times, from the impact on. It counts the runs and
-    those that failed, and keeps the first warning of each kind."""
+    """The dynamic forces at sensors, N, in runs of a builder: sensors × times, from the impact on. The class counts
+    runs and failed runs, and keeps the first warning of each kind."""
 
     def __init__(
         self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
@@ -80,13 +81,13 @@ class Prediction:
         self.progress: Any = None
         self._known, self._quick = dict[bytes, Vector](), False
         self.first = self.made(**self.values(np.full(len(ranges), 0.5)))
-        # A builder that chooses its windows, or a coarser accuracy, keeps them.
+        # If the builder chooses longer windows or a coarser accuracy, these remain.
         self._quick = self.first.longest_window < 0.999 * self.first.replace(accuracy="screening").longest_window
         self._beads = len(self.first.chain.chain.beads)
         if wrong := [n for n in sensors if not 1 <= n <= self._beads]:
             raise ValueError(f"sensors = {sensors!r}: bead {wrong[0]} is not in the chain, which has {self._beads}")
         self.contact_time = self.first.interface.contact_time
-        # Cubic splines between 48 saved times in the shortest contact are exact to 1e-5 of a pulse.
+        # Cubic splines between 48 saved times in the shortest contact have an error of 1e-5 of a pulse.
         self.interval = self.contact_time / 48.0
         if until / self.interval > MOST_SAMPLES:
             raise ValueError(f"until = {until!r} s: is longer than {MOST_SAMPLES:.0e} samples of a trace")
@@ -98,7 +99,7 @@ class Prediction:
         return {unknown.name: unknown.value(place) for unknown, place in zip(self.ranges, places, strict=True)}
 
     def made(self, **values: Any) -> CoSimulation:
-        """Return the co-simulation at some values."""
+        """Return the co-simulation for some values of the unknowns."""
         simulation = built_at(self.build, values)
         if self.progress is not None:
             self.progress.update()
@@ -107,15 +108,14 @@ class Prediction:
         return (simulation.replace(accuracy="screening") if self._quick else simulation).for_run(self.until)
 
     def trace(self, place: Vector) -> Vector:
-        """Return the traces of a run that must not fail."""
+        """Return the traces of a run, or raise a ValueError if it fails."""
         trace = self.traces([place])[0]
         if not np.isfinite(trace).all():
-            at = ", ".join(f"{name} = {value:.4g}" for name, value in self.values(place).items())
-            raise ValueError(f"build: its run fails at {at}: {self.reason}")
+            raise ValueError(f"build: its run fails at {shown(self.values(place))}: {self.reason}")
         return trace
 
     def traces(self, places: Sequence[Vector]) -> list[Vector]:
-        """Return the traces of many runs; NaN for a run that fails. The latest 256 are not run again."""
+        """Return the traces of many runs, NaN for a run that fails. The last 256 are kept and not run again."""
         keys = [place.tobytes() for place in places]
         new = {key: place for key, place in zip(keys, places, strict=True) if key not in self._known}
         if new:

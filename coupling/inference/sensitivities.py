@@ -1,5 +1,5 @@
-"""Derivatives of AR, TOF and traces by the parameters of the function that builds a run. The runs of a difference have
-the windows, steps and saved times of the run between them, so that they differ by the parameter alone."""
+"""Derivatives of AR, TOF and traces by parameters of the function that builds a run. The runs of a difference have the
+windows, steps and saved times of the central run, so that they differ by the parameter alone."""
 
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
@@ -22,17 +22,16 @@ from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import readable
 
-# A function of parameters; it may have `units`, the SI units of these by name, for messages.
+# A function of parameters. Its attribute `units`, if any, gives the SI units of the parameters by name, for messages.
 Build: TypeAlias = Callable[..., CoSimulation]
 
 
 class Derivative(NamedTuple):
-    """Derivatives of force, velocity and measures by a parameter. doubt: the part by which those of the force on either
-    side differ, zero where they agree; bent: the measures of which they differ."""
+    """The derivatives by a parameter."""
 
-    slopes: dict[str, Vector]
-    doubt: float
-    bent: list[str]
+    slopes: dict[str, Vector]  # derivatives of force, velocity and measures
+    doubt: float  # relative difference of the force's derivatives from both sides, zero if they agree
+    bent: list[str]  # measures whose derivatives from both sides differ
 
 
 @one_thread
@@ -45,7 +44,7 @@ def sensitivities(
     Parameters
     ----------
     build : callable
-        Takes the parameters by name and returns a CoSimulation, on linear structures that are small (see `reduce`).
+        Takes the parameters by name and returns a CoSimulation on linear structures that are small (see `reduce`).
     until : float
         Length of the run, s.
     sensors : sequence of int
@@ -56,18 +55,18 @@ def sensitivities(
     save_every : float, optional
         Time between saved samples, s, as in `CoSimulation.run`.
     **parameters : float
-        The parameters at which to differentiate, not zero, in SI units.
+        The values of the parameters at which to differentiate, in SI units; none of them may be zero.
 
     Returns
     -------
     Dataset
-        The run as `CoSimulation.run` returns it, and what `measure` gives; for each of these, `contact_force` and
-        `velocity` a variable `…_derivative` over the dimension "parameter", in its unit per SI unit of the parameter.
+        The run that `CoSimulation.run` returns, and the measures. Each measure, `contact_force` and `velocity` has a
+        variable `…_derivative` over the dimension "parameter", in its unit per SI unit of the parameter.
 
     Warns
     -----
     HertzlinkWarning
-        Where derivatives from both sides differ: at a kink or a jump, by chance, and with losses of contacts.
+        If the derivatives from both sides differ: at a kink or jump, by chance, and with losses in contacts.
 
     Raises
     ------
@@ -91,7 +90,7 @@ def sensitivities(
     check_build(build, parameters, "build", "parameters")
     values, until = {name: finite(name, value) for name, value in parameters.items()}, positive("until", until, "s")
     if zero := [name for name, value in values.items() if value == 0.0]:
-        raise ValueError(f"{zero[0]} = 0: has no scale for a difference; must not be zero")
+        raise ValueError(f"{zero[0]} = 0: must not be zero, because the steps of a difference are parts of the value")
     simulation = built_at(build, values).for_run(until)
     several, adaptive = len(simulation.interface.chains) > 1, isinstance(simulation.window, Adaptive)
     if several or adaptive or not is_compiled(simulation.interface, simulation.scheme):
@@ -113,20 +112,21 @@ def sensitivities(
     for name, rate in rates.items():
         if rate.doubt:
             findings.append(
-                f"{name}: has no derivative here, or an inexact one; those of both sides differ by "
+                f"{name}: has no derivative here, or an inexact one; the derivatives from both sides differ by "
                 f"{200.0 * rate.doubt:.1g} %. Perhaps build jumps, has a kink or depends on chance, a mesh or a "
                 "reduction changes, or a loss begins as a contact closes"
             )
         elif not (rate.slopes["contact_force"].any() or rate.slopes["velocity"].any()):
             findings.append(f"{name}: changes nothing in this run")
         findings += [
-            f"{measure}: has no derivative by {name} here; those of both sides differ, as where a wave changes its peak"
+            f"{measure}: has no derivative by {name} here; the derivatives from both sides differ, perhaps because "
+            "another peak of a wave becomes the greatest"
             for measure in rate.bent
         ]
     if jumps:
         findings.append(
             "dissipation: losses begin at the first step after a contact closes, so that runs jump with a parameter; "
-            "derivatives are slopes over 0.1 to 1 % of its value, exact to some per cent of the largest"
+            "derivatives are slopes over 0.1 to 1 % of its value, with errors of a few per cent of the largest"
         )
     warn(findings)
     run = run.assign(here.data_vars)
@@ -142,19 +142,19 @@ def differences(
     build: Build, values: Mapping[str, float], simulation: CoSimulation, plan: Plan, run: xr.Dataset, measure: Measure,
     jumps: bool,
 ) -> tuple[dict[str, Derivative], xr.Dataset]:  # fmt: skip
-    """Return the derivatives of a run by each parameter, and runs of which the first is the run itself. jumps: whether
-    it jumps with them, a little, as losses that begin at the first step after a contact closes."""
+    """Return the derivatives of a run by each parameter, and the runs of the last differences; the first of them is the
+    run itself. jumps: whether runs jump slightly with a parameter, as with losses in contacts."""
     settings = {"window": plan.length, "dt": plan.length / simulation.chain.steps(plan.length)}
     until, beads = plan.interval * (plan.rows - 1), len(simulation.chain.chain.beads)
     kept, left = kept_at(run.bead.values.tolist(), beads), list(values)
     found, failures = dict[str, Derivative](), dict[str, str]()
-    # Where the derivatives of both sides differ, as by rounding, a larger step follows; contacts that open bend traces,
-    # so that the error grows with it. A large difference contains many jumps, and their mean.
+    # If the derivatives from both sides differ, perhaps by rounding, a larger step follows. Contacts that open bend
+    # traces, so that the error grows with the step. With jumps, a large step averages over many of them.
     for step in (1e-2, 3e-3, 1e-3) if jumps else (1e-6, 1e-5, 1e-4, 1e-3, 1e-2):
         changes = [(name, part) for name in left for part in (step, -step)]
         rows = [{**values}, *({**values, name: values[name] * (1.0 + part)} for name, part in changes)]
         columns = {name: [row[name] for row in rows] for name in values}
-        with collected():  # these runs are not those of the user
+        with collected():  # the user did not ask for these runs
             runs = Records(lambda **row: build(**row).replace(**settings), columns, until, plan.interval, kept, beads)
             runs.fill(1)
             data = runs.dataset().drop_vars(list(values)).assign_attrs(run.attrs)
@@ -162,8 +162,8 @@ def differences(
         for name, value in measures.data_vars.items():
             if {"run", "parameter"} & {*value.dims} != {"run"} or name in run.variables:
                 raise ValueError(
-                    f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run, have none that is "
-                    "called parameter, and a name that a run does not use"
+                    f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run, have no dimension "
+                    "parameter, and have a name that a run does not use"
                 )
         every = {"contact_force": runs.force, "velocity": runs.velocity}
         every |= {str(name): value.transpose("run", ...).values for name, value in measures.data_vars.items()}
@@ -173,14 +173,13 @@ def differences(
                 shown = readable(values[name], getattr(build, "units", {}).get(name, ""), 6)
                 failures.setdefault(
                     name,
-                    f"{name}: build fails at {shown} ± {100.0 * step:g} %, which a derivative by differences needs: "
-                    f"{reasons[0]}",
+                    f"{name}: build fails at {shown} ± {100.0 * step:g} %, where a difference needs it: {reasons[0]}",
                 )
                 continue
             slopes = {key: (part[above] - part[below]) / (2.0 * step * values[name]) for key, part in every.items()}
             bends = {key: abs(part[above] - 2.0 * part[0] + part[below]) / (2.0 * step) for key, part in every.items()}
             size, bend = abs(slopes["contact_force"] * values[name]).mean(), bends["contact_force"].mean()
-            # Less than a thousandth of a force does not matter, for a parameter that changes by as much as it is.
+            # A bend does not matter if it is below a thousandth of the force, scaled to a change by the whole value.
             doubt = 0.0 if bend <= max(1e-3 * abs(runs.force[0]).mean(), (0.05 if jumps else 0.01) * size) else inf
             if doubt and size:
                 doubt = float(bend / size)
@@ -199,7 +198,7 @@ def differences(
 
 
 def waves_at(sensors: list[int]) -> Measure:
-    """Return the measure of AR and TOF of the primary waves at sensors."""
+    """Return a measure that gives AR and TOF of the primary waves at sensors."""
 
     def measure(runs: xr.Dataset) -> xr.Dataset:
         waves = [xr.merge([amplitude_ratio(runs, n), time_of_flight(runs, n)], join="exact") for n in sensors]

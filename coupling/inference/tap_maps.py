@@ -1,4 +1,4 @@
-"""Maps of a structure: taps at the points of a grid, each identified, or read for AR and TOF, by itself."""
+"""Maps of a structure by taps at the points of a grid. At each point unknowns are identified, or AR and TOF read."""
 
 import csv
 import os
@@ -26,19 +26,18 @@ from structures.caution import collected
 from structures.checks import count_of, existing, function, instance, short
 from structures.units import NUMBER, factor, in_si
 
-# The head of a column: a name, perhaps an entry that it sets as well, and a unit, such as "x = entry / mm".
+# The head of a column: a name, optionally an entry that the column also sets, and a unit, such as "x = entry / mm".
 HEAD = re.compile("([^/=(]*)(?:=([^/(]*))?(?:[/(](.*))?")
 
-FAILED, MEASURED = "failed", "measured"  # Verdicts without an answer, and of AR and TOF, which have no model.
-NONE = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}  # Of each unknown, without an answer.
+FAILED, MEASURED = "failed", "measured"  # Verdicts of points without an answer, and of AR and TOF, which need no model.
+NONE = {"value": np.nan, "low": np.nan, "high": np.nan, "verdict": FAILED}  # An unknown at a point without an answer.
 
 
 class Grid(NamedTuple):
-    """The points of a table: each holds x and y (m), its files, and the values of the further columns by name.
-    units: of x and y, as the table has them."""
+    """The points of a table."""
 
-    points: list[Point]
-    units: tuple[str, str] = ("m", "m")
+    points: list[Point]  # each with x and y (m), its files, and the values of the further columns by name
+    units: tuple[str, str] = ("m", "m")  # of x and y in the table
 
 
 def map_taps(
@@ -53,29 +52,30 @@ def map_taps(
     Parameters
     ----------
     points : path or sequence of mapping
-        A table in CSV, or the folder in which it is points.csv: a head such as ``x / mm, y / mm, file``, then a line
-        for each tap. Lines with the same x and y are taps of one point. Files lie beside the table. Or mappings with
-        x and y (m), files (paths), and what else `answer` needs.
+        A table in CSV, or a folder that holds it as points.csv. Its head is such as ``x / mm, y / mm, file``; each line
+        below is a tap. Lines with the same x and y are taps of one point. The files lie in the folder of the table. Or
+        a list of mappings with x and y (m), files (paths), and what else `answer` needs.
     read : callable
         Takes the path of a file and returns its signal, such as `read_signal` with its sensors.
     answer : callable, optional
-        Takes the signal and the point, a mapping with x, y and the further columns (SI units), and returns what
-        `identify` found. Without it AR and TOF are read.
+        Takes the signal and the point, a mapping with x, y and the further columns (SI units), and returns the result
+        of `identify`. Without it AR and TOF are read.
     jobs : int, optional
         Number of processes; by default one for each core.
     store : path, optional
-        A folder that keeps each answer, so that a map that was interrupted continues, as in `sweep`.
+        A folder that keeps each answer, so that an interrupted map can be continued, as in `sweep`.
 
     Returns
     -------
     Dataset
-        Over `point` and `unknown`: value, low and high (the 95 % interval), verdict; over `point`: x and y (m), taps,
-        fits (as good ones), misfit (residual over noise), files, and error, why it failed. `plots.mapped` draws it.
+        Over `point` and `unknown`: value, low and high (the 95 % interval), verdict. Over `point`: x and y (m), taps,
+        fits (how many are as good), misfit (residual over noise), files, and error (why the point failed).
+        `plots.mapped` draws it.
 
     Raises
     ------
     ValueError
-        For a table without x, y and file, or with what is no number; if all points fail.
+        For a table without x, y and file, or with text instead of a number; and if all points fail.
 
     Examples
     --------
@@ -104,15 +104,15 @@ def map_taps(
 
 
 def _si(name: str, text: str, unit: str) -> Any:
-    """Return a cell in SI units; text that is no number as it is, but for x and y."""
+    """Return a cell in SI units. Text that is not a number stays text, except in x, y and columns with a unit."""
     value, match = in_si(f"{text} {unit}".strip()), NUMBER.fullmatch(text)
     if (name in ("x", "y") and (match is None or match[2])) or (unit and np.isnan(value)):
-        raise ValueError(f"{short(text)} is no number with the unit {unit}")
+        raise ValueError(f"{short(text)} is not a number with the unit {unit}")
     return text if np.isnan(value) else value
 
 
 def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], Any] = _si) -> Grid:
-    """Return the points of a table. convert: takes name, text and unit of a further column and returns its value."""
+    """Return the points of a table. convert: takes name, text and unit of a cell and returns its value."""
     file = Path(path) / "points.csv" if Path(path).is_dir() else Path(path)
     if not file.is_file():
         raise ValueError(f"{file}: there is no such file; give a table with the columns x / mm, y / mm and file")
@@ -121,7 +121,7 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
         semicolons = ";" in text.partition("\n")[0]
         rows = csv.reader(text.splitlines(), delimiter=";" if semicolons else ",", skipinitialspace=True)
         cells = [[cell.strip() for cell in row] for row in rows]
-    except (ValueError, csv.Error) as error:  # of what is no text in UTF-8, or no table
+    except (ValueError, csv.Error) as error:  # the file is not a text in UTF-8, or not a table
         raise ValueError(f"{file}: is not a table with the columns x / mm, y / mm and file ({error})") from None
     heads = [[part.strip(" ()") for part in HEAD.findall(cell)[0]] for cell in (cells or [[]])[0]]
     names, units = [name for name, *_ in heads], {name: unit for name, _, unit in heads}
@@ -168,17 +168,17 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
 
 @dataclass(frozen=True)
 class Taps(Task):
-    """The work at each point: `measure` reads a file, and `build` answers for its signal and point."""
+    """The work at each point: `measure` reads a file, and `build` gives the answer for its signal and point."""
 
     build: Callable[..., Any]
     measure: Callable[[Any], xr.Dataset] | None = None
 
     def outcome(self, point: Point) -> Outcome:
-        """Return the answer at a point, also if it is a failure: no point may cost the others."""
+        """Return the answer at a point, or a Failure, so that one point does not end the map."""
         return self.attempt(point) if self.store is None else super().outcome(point)
 
     def run(self, point: Point) -> xr.Dataset:
-        """Return the answer at a point, with all warnings in its attributes; a ValueError where no tap has one."""
+        """Return the answer at a point, with all warnings in its attributes; a ValueError if no tap has an answer."""
         assert self.measure is not None
         others = {name: value for name, value in point.items() if name not in ("files", "sums")}
         answers, refused = list[xr.Dataset](), list[ValueError]()
@@ -196,17 +196,17 @@ class Taps(Task):
         if not answers:
             raise refused[0]
         fitting = [answer for answer in answers if NOT_TRUSTED not in answer.verdict.values] or answers
-        data, findings = _together(fitting)
+        data, findings = _mean_of_taps(fitting)
         findings += [f"tap left out: {error}" for error in refused]
         findings += ["tap left out: the model does not fit it"] * (len(answers) - len(fitting))
         findings += [line for answer in answers for line in findings_of(answer)]
         return with_warnings(data, [*findings, *messages])
 
 
-def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
-    """Return the answer of all taps of a point, with warnings: means weighted by the intervals of the taps.
+def _mean_of_taps(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
+    """Return the answer of all taps of a point, the means weighted by the taps' intervals, and warnings.
 
-    Where taps scatter more than these allow (χ², 5 %), one factor makes the interval that of Student.
+    If taps scatter more than their intervals allow (χ² test, 5 %), the interval follows from Student's distribution.
     """
     first, count = taps[0].assign_attrs(taps=len(taps), fits=max(tap.attrs.get("fits", 1) for tap in taps)), len(taps)
     if count == 1:
@@ -232,14 +232,14 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
 
 
 def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
-    """Return AR and TOF of the primary wave at each sensor, whatever the point; their 95 % intervals are those of 60
-    draws of noise, which scatter and shift them."""
+    """Return AR and TOF of the primary wave at each sensor; the point does not matter. The 95 % intervals come from 60
+    draws of noise, which scatter and shift the values."""
     rows = dict[str, tuple[Any, ...]]()
     for sensor in signal.sensor.values.tolist():
         trace = signal.sensor_force.sel(sensor=sensor)
         force = np.asarray(trace.interpolate_na("time", fill_value="extrapolate").values, dtype=float)
-        # Noise of low frequency remembers its last sample: m is the correlation from sample to sample, by which the
-        # variance of its third differences is smaller.
+        # Noise of low frequency is correlated from sample to sample, by m. This makes the variance of third differences
+        # smaller than that of white noise, and so gives m.
         size, memory = estimated(force), np.linspace(0.0, 0.999, 1000)
         smaller = (noise_level(force) / size) ** 2 if size > 0.0 else 1.0
         m = float(np.interp(-smaller, -(1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3), memory))
@@ -261,7 +261,7 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
 
 
 def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
-    """Return the map of all points. A store knows an answer by the content of the files."""
+    """Return the map of all points. A store identifies an answer by the content of its files."""
     files = [[Path(name) for name in point["files"]] for point in grid.points]
     sums = [[sha256(one.read_bytes()).hexdigest() if one.is_file() else "" for one in taps] for taps in files]
     points: list[Point] = [{**point, "sums": own} for point, own in zip(grid.points, sums, strict=True)]
@@ -304,7 +304,7 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
 
 
 def where(data: xr.Dataset, point: int) -> str:
-    """Return the place of a point, as the table has it."""
+    """Return the place of a point in words, in the units of the table."""
     return ", ".join(
         f"{name} = {data[name].values[point] / data[name].attrs['size']:g} {data[name].attrs['unit']}" for name in "xy"
     )

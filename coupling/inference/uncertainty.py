@@ -35,9 +35,9 @@ class Uncertainty(Printed):
     inputs : dict
         Value and standard uncertainty of each parameter, in SI units.
     sampled, samples : dict
-        Mean and standard deviation of each measure over the sampled runs, if any, and all its values, NaN where none.
+        Mean and standard deviation of each measure over the sampled runs, if any, and all its values, NaN if missing.
     units : dict
-        Of the measures, and of parameters where they are known, as in a case.
+        Units of the measures, and of the parameters if they are known, as in a case.
     warnings : list of str
         What the user must know.
     """
@@ -60,7 +60,7 @@ class Uncertainty(Printed):
         return " ± ".join(both), [(part, f"{100.0 * self.shares[part][name]:3.0f} %") for part in parts]
 
     def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
-        """Return a run of the same simulation with this budget for a sensor, which reports then show."""
+        """Return a run of the same simulation with this budget for a sensor; reports then show it."""
         rows = []
         for name in self.value:
             size, parts = self._rows(name)
@@ -86,7 +86,7 @@ def uncertainty(
     build: Build, until: float, sensor: int, measure: Measure | None = None, draws: int = 0, seed: int = 0,
     **spreads: float | str | tuple[float, float],
 ) -> Uncertainty:  # fmt: skip
-    """Return the standard uncertainty of AR and TOF that follows from those of parameters, and the share of each.
+    """Return the standard uncertainty of AR and TOF that follows from uncertain parameters, and each parameter's share.
 
     Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ² (JCGM 100:2008, equation 10).
 
@@ -97,20 +97,21 @@ def uncertainty(
     until, measure
         As in `sensitivities`; the measure returns one number for each run.
     sensor : int
-        Number of the bead whose AR and TOF are asked for.
+        Number of the bead at which AR and TOF are measured.
     draws : int
-        Runs with parameters from normal distributions, which show whether the measure is linear; by default none.
+        Number of runs with parameters from normal distributions, which show whether the measure is linear; by default
+        none.
     seed : int
-        Of the draws.
+        Seed of the draws.
     **spreads : float, str or tuple
-        Standard uncertainty of each parameter: in SI units, with a unit as "0.01 mm", or as part of the value, "2 %";
-        or (value, standard uncertainty) of a parameter without a default, in SI units.
+        Standard uncertainty of each parameter: in SI units, with a unit such as "0.01 mm", or as a part of the value,
+        "2 %"; or (value, standard uncertainty) in SI units, for a parameter without a default.
 
     Returns
     -------
     Uncertainty
-        Value, standard uncertainty and shares; ``print`` shows the budget. It warns where the measure is not linear
-        over the uncertainties, by the draws or by two runs for each parameter.
+        Value, standard uncertainty and shares; ``print`` shows the budget. Draws, or else two runs for each parameter,
+        show whether the measure is linear over the uncertainties; a warning says if it is not.
 
     Examples
     --------
@@ -129,7 +130,7 @@ def uncertainty(
     """
     draws, seed, sensor = whole("draws", draws, 0), whole("seed", seed, 0), whole("sensor", sensor)
     if draws == 1:
-        raise ValueError("draws = 1: have no standard deviation; must be 2 or more, or 0 for none")
+        raise ValueError("draws = 1: must be 2 or more, as one has no standard deviation, or 0 for none")
     if not spreads:
         raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
     check_build(build, spreads, names="parameters")
@@ -145,7 +146,7 @@ def uncertainty(
         inputs[name] = centre, standard_uncertainty(name, spread, centre)
 
     said = [
-        f"{name}: its uncertainty, {spread:g}, is {abs(spread / centre):.1g} of its value, {centre:g}, in "
+        f"{name}: its uncertainty, {spread:g}, is {abs(spread / centre):.1g} times its value, {centre:g}, in "
         'SI units; write "5 %" for a part of the value'
         for name, (centre, spread) in inputs.items() if centre != 0.0 and not 1e-8 < abs(spread / centre) < 1.0
     ]  # fmt: skip
@@ -174,7 +175,7 @@ def uncertainty(
         reasons = (f"there is no {wave.which} wave: {wave.reason}" for wave in waves if isinstance(wave, NoWave))
         said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
 
-    # Draws of all parameters; or two runs for each of them, a standard uncertainty below and above its value.
+    # Draws of all parameters; or two runs for each parameter, one standard uncertainty below and above its value.
     ends = np.kron(np.eye(len(inputs)), [[-1.0], [1.0]])
     moves = np.random.default_rng(seed).standard_normal((len(inputs), draws)).T if draws else ends
     columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
@@ -198,7 +199,7 @@ def uncertainty(
         if draws and there.size > 1:
             budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
         moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
-        # Sampled runs may differ by 5 % and two standard errors; a smaller part of a measure is a numerical error.
+        # Sampled runs may differ by 5 % and two standard errors; less than 1e-4 of a measure is a numerical error.
         limit = 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
         if abs(moved - standard[name]) > limit * max(standard[name], 1e-4 * abs(value[name])):
             both = [readable(size, units[name], 2) for size in (moved, standard[name])]

@@ -1,1 +1,1 @@
-"""The compiled window loop: chains and linear structures agree on the forces of each window, which is then recorded."""
+"""The compiled window loop: chains and linear structures agree on the forces of each window; results are recorded."""

@@ -9,14 +9,14 @@ from structures.kernels.compiling import entry, inner
 from structures.structure import Vector
 
 TOO_LONG = 3
-"""How a window ended whose error is too large, next to the ends of the loop."""
+"""The end of a window whose error is too large; OK, NON_FINITE and NOT_CONVERGED are the other ends."""
 
 GROWS_BELOW = 0.125
-"""A window is tried twice as long after one whose error was below this part of the tolerance."""
+"""If the error of a window is below this part of the tolerance, the next window is tried twice as long."""
 
 UNTOUCHED = 0.1
-"""Weight of the error where nothing touches. No chain follows that surface, but its curvature measures the error of the
-structure's own stepping, which is smaller by about the ratio of the window to the time scale of the motion."""
+"""Weight of the error where nothing touches. No chain follows such a surface, but its curvature measures the error of
+the structure's own stepping, which is smaller by about the ratio of the window to the time scale of the motion."""
 
 
 class Adaptation(NamedTuple):
@@ -27,11 +27,11 @@ class Adaptation(NamedTuple):
     indentation_scale: float  # the unit of errors, m
     tolerance: float  # of the error of a window
     finest: bool  # whether the windows are so short that their error does not count
-    whole: int  # windows that make a window of the plan, a power of two
+    whole: int  # windows in a window of the plan, a power of two
 
 
 def bend(node: Records, window: Records, totals: Records, static: Vector) -> float:
-    """Return the distance of a parabola from the straight motion of the surfaces in the last window of a run, m."""
+    """Return the distance of the surfaces' straight motion in the last window of a run from a parabola, m."""
     remembered, now, greatest = totals[0].remembered, window[0].length, 0.0
     before = window[1].length if remembered > 1 else now
     for k in range(node.shape[1]):
@@ -39,8 +39,8 @@ def bend(node: Records, window: Records, totals: Records, static: Vector) -> flo
         earlier = node[2, k].surface if remembered > 2 else 0.0
         change = abs((node[0, k].surface - start) / now - (start - earlier) / before)
         greatest = max(greatest, change if node[0, k].force > -static[k] else UNTOUCHED * change)
-    # The surface's acceleration is the change of mean velocity over (h₁ + h₂)/2; a parabola leaves its chord by
-    # that times h²/8.
+    # The acceleration of a surface is the change of its mean velocity over (h₁ + h₂)/2. The greatest distance of a
+    # parabola from its chord is the acceleration times h²/8.
     return 2.0 * greatest / (now + before) * now**2 / 8.0
 
 
@@ -74,13 +74,13 @@ def adapt(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any,
     adaptation: Adaptation, windows: tuple[int, int, int, float, float],
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Move a run on over windows of one length, in place, until another length suits better.
+    """Advance a run by windows of one length, in place, until another length suits better.
 
-    windows: how many are behind the run and how many shall be, counted in windows of this length; how many windows of
-    the plan make a saved time; their length, s; and the error of the last window.
+    windows: the number of windows done, and the number to reach, both counted in windows of this length; the number of
+    windows of the plan in a saved interval; the length, s; and the error of the last window.
 
-    Returns how the loop ended: OK where the end is reached or a window of twice the length is to be tried; how many
-    windows are behind the run; and the error of the last one.
+    Returns how the loop ended: OK if the end is reached, or if a window of twice the length is to be tried; the number
+    of windows done; and the error of the last one.
     """
     done, last, stride, window, error = windows
     whole = adaptation.whole
@@ -93,7 +93,7 @@ def adapt(
         if problem == OK and not adaptation.finest and bent > adaptation.tolerance:
             problem = TOO_LONG
         if problem != OK:
-            # The windows tried count the failed one, too; all else goes back to the start of it.
+            # The number of windows tried includes the failed one; all else returns to the start of this window.
             tried = run.totals[0].tried
             copy_run(adaptation.before, run)
             run.totals[0].tried = tried
@@ -101,7 +101,7 @@ def adapt(
         done, error = done + 1, bent
         if done % (whole * stride) == 0:
             record(recorder, done // (whole * stride), done * window, run, chains, structure, trial.work)
-        # Windows double in pairs only, so that saved times stay ends of windows.
+        # A window is doubled only after an even number of windows, so that saved times remain ends of windows.
         if whole > 1 and done % 2 == 0 and error < GROWS_BELOW * adaptation.tolerance:
             break
     return OK, done, error

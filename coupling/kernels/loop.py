@@ -19,14 +19,15 @@ def move_on(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, window: float,
     windows: tuple[int, int, int, int],
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Move a run on over windows, in place.
+    """Advance a run by windows, in place.
 
-    windows: the first one and the last one, counted from 1; how many make a saved time, 0 saves nothing; and the row
-    where the state is saved first, or −1.
+    windows: the numbers of the first window and of the last, counted from 1; the number of windows in a saved interval,
+    0 to save nothing; and the row in which the state is saved before the first window, or −1.
 
-    A window that fails leaves the run as it began. Returns how the loop ended; the window; and the residual, N.
+    A window that fails leaves the run as it was before. Returns how the loop ended; the number of the window that was
+    last tried; and the residual, N.
     """
-    # The state of structures moves to and fro between two arrays.
+    # The state of the structures alternates between two arrays.
     state, free, contact = run.body, trial.free, trial.contact
     touched, problem, residual = False, OK, 0.0
     for i in range(run.body.size):
@@ -71,12 +72,12 @@ def move_on(
 
 
 run_windows = entry(move_on)
-"""`move_on` for Python. A kernel around it would take as long to compile as the loop: Numba unpacks each array."""
+"""`move_on` for Python. A kernel that calls it would take as long to compile as the loop: Numba unpacks each array."""
 
 
 @inner(forceinline=True)
 def settle(structure: Any, body: Vector, contact: Records, state: Vector) -> None:
-    """Put the state of the structures into the run, with the response to forces that are pending."""
+    """Copy the state of the structures into the run, and add the response to pending forces."""
     for i in range(state.size):
         body[i] = state[i]
     for k in range(contact.size):
@@ -101,7 +102,7 @@ def keep_ledger(
     kept: Records, node: Records, windows: Records, totals: Records, contact: Records, time: float, window: float,
     residual: float,
 ) -> None:  # fmt: skip
-    """Count works and impulses of a window that ended, and remember its surfaces and forces."""
+    """Add the works and impulses of a window that has ended, and remember its surfaces and forces."""
     for i in range(REMEMBERED - 1, 0, -1):
         windows[i].middle, windows[i].length = windows[i - 1].middle, windows[i - 1].length
         for k in range(contact.size):

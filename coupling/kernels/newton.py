@@ -1,4 +1,4 @@
-"""Agreement of chains and structures on the mean forces of a window, by Newton's method."""
+"""Newton's method for the mean forces of a window on which chains and structures agree."""
 
 from typing import Any, NamedTuple
 
@@ -22,9 +22,9 @@ class Contacts(NamedTuple):
 
 @inner(forceinline=True)
 def predict(node: Records, windows: Records, count: int, at: float, window: float, contact: Records) -> None:
-    """Put the parabola through the last three mean forces, or what fewer give, at the middle of a window."""
+    """Predict the forces at the middle of a window by the parabola through the last three, or a lower polynomial."""
     if count == REMEMBERED and windows[0].length == window == windows[1].length == windows[2].length:
-        # The parabola through values at equal distances needs no quotients, which are slow.
+        # With equal windows the parabola needs no division, which is slow.
         for k in range(contact.size):
             contact[k].force = 3.0 * (node[0, k].force - node[1, k].force) + node[2, k].force
         return
@@ -42,7 +42,7 @@ def predict(node: Records, windows: Records, count: int, at: float, window: floa
 
 @inner(forceinline=True)
 def surfaces(compliance: Vector, contact: Records) -> None:
-    """Put the surfaces at the end of a window under mean forces into records TRIED: w = w_free + C F."""
+    """Compute the surfaces at the end of a window under mean forces, w = w_free + C F, in records TRIED."""
     for k in range(contact.size):
         place = contact[k].at_rest
         for j in range(contact.size):
@@ -52,18 +52,18 @@ def surfaces(compliance: Vector, contact: Records) -> None:
 
 @inner(forceinline=True)
 def agree(contacts: Any, run: Any, chains: Any, search: Any, t: float, window: float, trial: Any) -> tuple[int, float]:
-    """Find the mean forces F of a window from time t on with which the chains answer the surfaces w_free + C F.
+    """Find the mean forces F of a window from time t on: those with which the chains answer the surfaces w_free + C F.
 
-    Newton's method on G(w_free + C F) − F, with the compliance C and a secant slope of each chain's answer G over its
-    surface. Where a loss makes the force jump as a contact opens there may be no root: the window is halved then, in
-    which less happens. Returns the number of trials, and the residual (N).
+    This is Newton's method on G(w_free + C F) − F, with the compliance C and a secant slope of each chain's answer G
+    over its surface. If a loss makes the force jump as a contact opens, there may be no root; the window is then
+    halved. Returns the number of trials, and the residual (N).
     """
     compliance, contact, count = contacts.compliance, trial.contact, trial.contact.size
     slope, gap, last_surface, last_answer = trial.rows[0], trial.rows[1], trial.rows[2], trial.rows[3]
     matrix = trial.rows[4:]
     predict(run.node, run.window, run.totals[0].remembered, t + window / 2.0, window, contact)
     for k in range(count):
-        # A contact cannot pull: the prediction, static force included, must not be negative.
+        # A contact cannot pull, so the predicted force must not be negative with the static force included.
         contact[k].force = max(contact[k].force, -contacts.static[k])
         slope[k], contact[k].start = run.contact[k].slope, run.contact[k].surface
         last_surface[k], last_answer[k] = 0.0, 0.0
@@ -83,7 +83,7 @@ def agree(contacts: Any, run: Any, chains: Any, search: Any, t: float, window: f
             break
         for k in range(count):
             step = contact[k].surface - last_surface[k]
-            # The secant of the last two trials; where the surface hardly moved, its quotient would be rounding.
+            # The secant of the last two trials; if the surface hardly moved, the quotient would be a rounding error.
             if tried > 1 and abs(step) > search.still:
                 slope[k] = min((contact[k].answer - last_answer[k]) / step, 0.0)
             last_surface[k], last_answer[k] = contact[k].surface, contact[k].answer
@@ -96,7 +96,7 @@ def agree(contacts: Any, run: Any, chains: Any, search: Any, t: float, window: f
     for k in range(count):
         run.contact[k].slope = slope[k] if not residual > search.tolerance else run.contact[k].slope
         contact[k].work = contact[k].answer * (contact[k].surface - contact[k].start)
-        # The structure feels the answer, which is nearer to the root than what was tried.
+        # The structure gets the answered force, which is nearer to the root than the force that was tried.
         contact[k].force = contact[k].answer
     surfaces(compliance, contact)
     return tried, 0.0 if contacts.rigid else residual

@@ -1,4 +1,4 @@
-"""What of a run is kept at a saved time."""
+"""The recorder: it keeps parts of a run at saved times."""
 
 from typing import Any, NamedTuple
 
@@ -13,20 +13,20 @@ CHAIN_FRAME = record_type("kinetic", "potential", "lost", "driven")
 """Energies of a chain, J."""
 
 CONTACT_FRAME = record_type("surface", "work", "given", "impulse")
-"""Of a contact: displacement of the surface, m; works, J, and impulse, N s, since the start."""
+"""Displacement of a contact's surface, m; works, J, and impulse, N s, since the start."""
 
 STRUCTURE_FRAME = record_type("kinetic", "elastic", "taken")
-"""Energies of a structure, J, and what its damping took; NaN where not known."""
+"""Energies of a structure, and the energy that its damping took, J; NaN if not known."""
 
 TIME_FRAME = record_type("evaluations", "windows", "residual")
-"""Since the last saved time: windows of the chains that were tried, windows, and the greatest residual, N."""
+"""Number of trials and of windows, and greatest residual, N, since the last saved time."""
 
 
 class Recorder(NamedTuple):
     """The frames that a run keeps: forces and velocities at all saved times, and the ledger at some of them."""
 
-    contact: Vector  # the numbers of the contacts among those of all chains, counted from zero
-    body: Vector  # the numbers of the bodies; behind those of all bodies come those of modes
+    contact: Vector  # the numbers of the contacts that are kept, counted from zero over all chains
+    body: Vector  # the numbers of the velocities that are kept; modes follow the bodies
     force: Vector  # saved times × contacts, N
     velocity: Vector  # saved times × bodies, m/s
     deepest: Vector  # the greatest approach of each contact at a saved time so far, m
@@ -42,7 +42,7 @@ class Recorder(NamedTuple):
 
 @inner(forceinline=True)
 def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
-    """Put the state at time t, s, into the row of a saved time. work: of chains."""
+    """Save the state at time t, s, in a row. work: work space of the chains."""
     surface, rate, highest = recorder.surface
     for k in range(surface.size):
         surface[k], rate[k] = run.contact[k].surface, 0.0

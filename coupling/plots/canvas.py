@@ -1,4 +1,4 @@
-"""What all plots of results share: axes to draw on, colours, the legend below, names in words."""
+"""The common parts of all plots of results: axes, colours, the legend below, names in words."""
 
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -16,14 +16,14 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 INK, PALE = "#222222", "#8a8a8a"
 WIDTH, HEIGHT = 6.4, 4.0  # of a figure, inches
-SMALL = 8.5  # letters of legends and notes, points
+SMALL = 8.5  # size of the letters of legends and notes, points
 LETTERS_PER_INCH, ROW = 12.2, 0.2  # of a legend: letters in an inch, height of a line in inches
 UNDER = 0.48  # height of the numbers and the label below axes, inches
-MARK = "hertzlink"  # the name of figures that the plots made, and may resize
+MARK = "hertzlink"  # the name of figures that the plots have made and may resize
 
 
 def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
-    """Return the axes that were given, or those of a new figure of a size, inches. A ValueError for anything else."""
+    """Return the given axes, or for None those of a new figure of this size, inches; else raise a ValueError."""
     from matplotlib.axes import Axes
 
     if ax is not None:
@@ -34,7 +34,7 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
 
 
 def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
-    """Return the axes of a new figure that only the caller knows, for a file."""
+    """Return the axes of a new figure that is not known to pyplot, for a file."""
     from matplotlib.figure import Figure
 
     return _marked(Figure((width, height), layout="constrained"))
@@ -59,16 +59,16 @@ def from_zero(ax: "Axes") -> None:
 
 
 def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
-    """Draw a cross at the bottom for each place of a curve without a value, which no point drawn as 0 could say."""
+    """Draw a cross at the bottom for each place where a curve has no value: a point at 0 would show a value."""
     height = np.full(len(x), 0.03 + 0.05 * number)
     look = dict[str, Any](color=COLOURS[number], markersize=6.0, linestyle="none") | look
     ax.plot(x, height, marker="x", transform=ax.get_xaxis_transform(), **look)
 
 
 def legend_below(ax: "Axes", title: str = "", height: float | None = None, under: float = UNDER) -> None:
-    """Put the legend below the axes, where it covers nothing, each label once; a figure of ours becomes higher by it.
+    """Put the legend below the axes, where it covers nothing, with each label once. Figures of the plots become higher.
 
-    height: of the figure without a legend, inches. under: how far below the axes, inches.
+    height: height of the figure without a legend, inches. under: distance of the legend below the axes, inches.
     """
     from matplotlib.transforms import ScaledTranslation
 
@@ -89,16 +89,16 @@ def legend_below(ax: "Axes", title: str = "", height: float | None = None, under
 
 
 def in_words(name: str) -> str:
-    """Return the name of an argument or a parameter as a text has it: Young's modulus for youngs_modulus."""
+    """Return the name of an argument or a parameter in words: Young's modulus for youngs_modulus."""
     return name.replace("_", " ").replace("youngs ", "Young's ").replace("poisson ratio", "Poisson's ratio")
 
 
 def plain(text: str) -> str:
-    """Return the text of a user that matplotlib must not read as a formula."""
+    """Return a user's text in a form that matplotlib does not read as a formula."""
     return text.replace("$", r"\$")
 
 
 def round_number(value: float, up: bool = False) -> float:
-    """Return the next number of 1, 2, 5, 10, ... below a positive one, or above it."""
+    """Return the next number of the series 1, 2, 5, 10, ... below a positive value, or above it."""
     steps = np.outer(10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0), (1.0, 2.0, 5.0)).ravel()
     return float(steps[steps >= value].min() if up else steps[steps <= value].max())

@@ -13,33 +13,33 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHOWN = ("fit", "residual", "intervals", "correlation")
-NARROWEST = 1e-4  # %; narrower intervals are drawn so wide, to be seen on a logarithmic axis
+NARROWEST = 1e-4  # %; narrower intervals are drawn with this width, so that they can be seen on a logarithmic axis
 
 VERDICTS = {IDENTIFIED: COLOURS[2], BLIND: COLOURS[1], AT_END: COLOURS[4], NUISANCE: COLOURS[5]}
-"""The colour of each verdict; of what is not trusted it is PALE."""
+"""The colour of each verdict; PALE for values that are not trusted."""
 
 
 def identified(found: object, show: str = "fit", sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw an identification: its fit, what the fit leaves, how well each unknown is known, or the correlations.
+    """Draw an identification: its fit, the residual, how well each unknown is known, or the correlations.
 
     Parameters
     ----------
     found : Identification or Dataset
-        What `identify` returned, or the Dataset that it saved.
+        The result of `identify`, or the Dataset that was saved from it.
     show : {"fit", "residual", "intervals", "correlation"}
         What to draw; see Returns.
     sensor : int, optional
-        One of its sensors, of "fit" and "residual"; by default the first.
+        The sensor for "fit" and "residual"; by default the first.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
     Returns
     -------
     Axes
-        "fit": force over time, samples as points. "residual": what the fit leaves over the noise; a band holds 95 % of
-        white noise. "intervals": half of the 95 % interval of each unknown in percent of its value, green where it is
-        identified, grey where the model does not fit; unknowns of value 0 have no bar. "correlation": a matrix of the
-        unknowns; those near ±1 cannot be told apart.
+        "fit": force over time, samples as points. "residual": the residual over the noise; a band holds 95 % of white
+        noise. "intervals": half of the 95 % interval of each unknown in percent of its value, green if it is
+        identified, grey if the model does not fit; unknowns of value 0 have no bar. "correlation": the matrix of
+        correlations; unknowns with a correlation near ±1 cannot be told apart.
 
     Examples
     --------
@@ -54,10 +54,10 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
     one_of("show", show, SHOWN)
     data = found.to_dataset() if isinstance(found, Identification) else found
     if not isinstance(data, xr.Dataset) or "verdict" not in data:
-        raise ValueError(f"found = {short(found)}: must be what identify returned, or the Dataset that it saved")
+        raise ValueError(f"found = {short(found)}: must be the result of identify, or the Dataset saved from it")
     if show in ("intervals", "correlation"):
         if sensor is not None:
-            raise ValueError(f"sensor = {sensor!r}: must be None for {show!r}, which is of all sensors")
+            raise ValueError(f"sensor = {sensor!r}: must be None for {show!r}, which concerns all sensors")
         return _intervals(data, ax) if show == "intervals" else _correlation(data, ax)
     sensors = [int(number) for number in np.atleast_1d(data.sensor.values)]
     number = sensors[0] if sensor is None else whole("sensor", sensor)
@@ -88,13 +88,13 @@ def _intervals(data: xr.Dataset, ax: "Axes | None") -> "Axes":
     parts = [100.0 * one.error / abs(one.value) if one.value else np.nan for one in unknowns]
     wide = np.maximum(parts, NARROWEST)
     ax = axes_for(ax, height=1.4 + 0.45 * len(unknowns))
-    # The bars of a logarithmic axis begin left of all their ends.
+    # On a logarithmic axis the bars begin to the left of the shortest one's end.
     start = 10.0 ** (np.floor(np.log10(np.nanmin(wide, initial=1.0))) - 1.0)
     words = []
     for row, (one, end) in enumerate(zip(unknowns, wide, strict=True)):
         length = end - start if np.isfinite(end) else 0.0
         ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(one.verdict, PALE))
-        # The interval need not be symmetric, and a blind unknown has no value.
+        # The interval may be asymmetric, and a blind unknown has no value.
         value, low, high = (f"{number / one.unit_size:.4g}" for number in (one.value, *one.interval))
         text = f"{value}, " * (one.verdict != BLIND) + f"{low} to {high} {one.unit}".rstrip()
         words.append(f"{plain(one.name)}\n{text}, {one.verdict}")

@@ -12,9 +12,9 @@ from structures.units import readable
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHOWN = {"value": ("viridis", None), "error": ("magma_r", 0.0)}  # colours, and where they begin
-MARKS = {"failed": "x", "not trusted": "o", "blind": "s", "at the end of its range": "^"}  # of verdicts to distrust
-MOST_NUMBERS = 49  # points of a map in which the numbers stand as well
+SHOWN = {"value": ("viridis", None), "error": ("magma_r", 0.0)}  # colours, and their lower end
+MARKS = {"failed": "x", "not trusted": "o", "blind": "s", "at the end of its range": "^"}  # of doubtful verdicts
+MOST_NUMBERS = 49  # a map of at most this many points also shows the numbers
 
 
 def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax: "Axes | None" = None) -> "Axes":
@@ -23,7 +23,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     Parameters
     ----------
     taps : Dataset
-        What `map_taps` returned.
+        The result of `map_taps`.
     unknown : str, optional
         The name of an unknown; by default the first.
     show : {"value", "error"}
@@ -34,7 +34,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     Returns
     -------
     Axes
-        A square for each point with a value; numbers where there are at most 49 points. Markers show verdicts.
+        A square for each point with a value, with numbers if there are at most 49 points. Markers show verdicts.
 
     Examples
     --------
@@ -48,8 +48,8 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     >>> hl.plots.mapped(taps).get_xlabel()
     'x (m)'
     """
-    if "taps" not in instance("taps", taps, xr.Dataset, "what map_taps returned").data_vars:
-        raise ValueError("taps: must be what map_taps returned")
+    if "taps" not in instance("taps", taps, xr.Dataset, "the result of map_taps").data_vars:
+        raise ValueError("taps: must be the result of map_taps")
     names = [str(name) for name in taps.unknown.values]
     name = names[0] if unknown is None else one_of("unknown", unknown, names)
     colours, least = SHOWN[one_of("show", show, SHOWN)]
@@ -100,6 +100,6 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
 
 
 def _spacing(along: Any, across: Any) -> float:
-    """Return the least distance between neighbours along an axis, that across it where there is none."""
+    """Return the least distance between neighbours along an axis, or along the other axis if there is none."""
     steps = [np.diff(np.unique(np.round(values, 9))) for values in (along, across)]
     return float(next((step.min() for step in steps if step.size), 1.0))

@@ -35,17 +35,18 @@ def motion(
 ) -> xr.Dataset:
     """Return displacement and stress inside a run's structure, or inside beads, at the saved times nearest to `times`.
 
-    A structure is moved again, from rest, under the contact force of the run relative to the preload: the mean of its
-    two end values over each saved interval. So the run must be saved at least a dozen times per contact.
+    The motion of a structure is computed again, from rest, under the contact force of the run above the preload. In
+    each saved interval the force is the mean of its two end values, so the run must be saved at least a dozen times per
+    contact.
 
     A bead's field is the sum of its modes and of the static field of the contact forces (mode acceleration). Hertz's
-    pressure acts on the contact circle; 8 cells in its radius give stress to 1 % of the largest pressure, to 7 % at the
-    edge of the circle.
+    pressure acts on the contact circle. With 8 cells in its radius the error of the stress is 1 % of the largest
+    pressure, and 7 % at the edge of the circle.
 
     Parameters
     ----------
     run : xarray.Dataset
-        A whole run. Of several structures or chains choose one: run.isel(structure=0), or run.isel(chain=0) for beads.
+        A whole run. If it has several, choose one structure, run.isel(structure=0), or one chain, run.isel(chain=0).
     body : Structure or DeformableChain
         The chain; or the structure, reduced or not, with a field: see reduce(..., keep_field=True).
     times : array_like
@@ -57,25 +58,26 @@ def motion(
     -------
     xarray.Dataset
         `displacement` (time, point, component), m, and `von_mises` (time, point), Pa, relative to static equilibrium;
-        `position` (point, component), m; `cells` (cell, corner) in VTK's order, and the `part` of each: the number of
-        the material, or of the bead. A point where materials meet appears once for each material. Bodies of revolution
-        are given in their half-plane (r, 0, −z). Closer to the contact than the patch radius, the stress is that of the
-        patch, not Hertz's. Attribute contact_error: the largest difference between the contact displacement of the
-        structure here and in the run, over its maximum.
+        `position` (point, component), m; `cells` (cell, corner) in VTK's order, and the `part` of each cell: the number
+        of its material or bead. A point where materials meet appears once for each material. Bodies of revolution are
+        given in their half-plane (r, 0, −z). Closer to the contact than the patch radius, the stress is that of the
+        patch, not Hertz's. The attribute contact_error is the largest difference between the contact displacement here
+        and in the run, over its maximum.
 
-        Of beads also `stress` (time, point, stress_component), Pa, positive in tension, with that of the preload. They
-        lie at their places along the chain, z from its struck end; `bead` (point) is the number of the bead.
+        Beads also have `stress` (time, point, stress_component), Pa, positive in tension, preload included. They lie at
+        their places along the chain, with z from its struck end; `bead` (point) is the number of the bead.
 
     Raises
     ------
     ValueError
-        For times outside the run, a chain other than that of the run, structures without a field, and Datasets that are
-        not a single whole run; where contact_error exceeds 5 %, as of another structure, or of a run saved too rarely.
+        For times outside the run, a chain that was not in the run, structures without a field, and Datasets that are
+        not a single whole run; and if contact_error exceeds 5 %: the structure is another one, or the run was saved too
+        rarely.
 
     Notes
     -----
-    A chain is compared with the input of the run. A point of a sweep holds the input of the first point; so there only
-    modes, places of bodies and energy are compared.
+    A chain is compared with the input of the run. A point of a sweep holds the input of the first point, so only modes,
+    places of bodies and energy are compared there.
 
     Examples
     --------
@@ -88,17 +90,17 @@ def motion(
     """
     instance("body", body, Structure | DeformableChain, "the Structure or the DeformableChain that was run")  # type: ignore[arg-type]
     if isinstance(body, DeformableChain):
-        return _of_beads(run, body, times, beads)
+        return _motion_of_beads(run, body, times, beads)
     if beads is not None:
-        raise ValueError(f"beads = {short(beads)}: must be None where body is no DeformableChain")
-    return _of_structure(run, body, times)
+        raise ValueError(f"beads = {short(beads)}: must be None, because body is not a DeformableChain")
+    return _motion_of_structure(run, body, times)
 
 
-def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
+def _motion_of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
     field = known_field(structure, "body")
     contacts, force, static = contact_forces(run)
     if "structure" in run.dims:
-        raise ValueError("run: has several structures; choose that one with run.isel(structure=0)")
+        raise ValueError("run: has several structures; choose one with run.isel(structure=0)")
     moments, steps = run.time.values, np.diff(run.time.values)
     whole_run = moments.size > 1 and moments[0] == 0.0 and np.ptp(steps) <= 1e-6 * steps[0]
     if not whole_run or not np.isfinite(force).all():
@@ -107,7 +109,7 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
     touching = [number for number, contact in enumerate(contacts) if contact.structure == place]
     points = [contacts[number].point for number in touching]
     if max(points, default=0) >= structure.contacts:
-        raise ValueError(f"body: has {structure.contacts} contact points, that of the run more; give that one")
+        raise ValueError(f"body: has {structure.contacts} contact points, fewer than in the run; give the run's body")
     if (until := float(moments[-1])) > structure.valid_until * (1.0 + ROUNDING):
         raise ValueError(f"body: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
 
@@ -124,7 +126,7 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
         if row in rows:
             states.append(state.displacement)
 
-    # The contact of another structure would move in another way.
+    # The contact of another structure would move differently.
     expected = run.surface_displacement.values.reshape(moments.size, -1)[: rows[-1] + 1, touching]
     actual = contact[:, points]
     greatest = max(abs(actual).max(initial=0.0), abs(expected).max(initial=0.0))
@@ -139,7 +141,7 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
     return _dataset(run, field.grid, moments[rows], displacement, stress).assign_attrs(contact_error=error, up=up)
 
 
-def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: Any) -> xr.Dataset:
+def _motion_of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: Any) -> xr.Dataset:
     reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
     reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
     reading.check_one_chain(*BEAD_VARIABLES)
@@ -150,7 +152,7 @@ def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: 
     wanted = range(first, count) if given is None else listed("beads", given, object, "numbers")
     numbers = sorted({whole("beads", number, first, count - 1) for number in wanted})
 
-    # What presses the struck side of each bead and the other side: at the times, and last at rest.
+    # The forces on the struck side of each bead and on the other side, at the times and, in the last row, at rest.
     rows = _nearest_rows(run, times)
     force = np.vstack([run.contact_force.values[rows, :count], run.static_force.values[:count]])
     # If nothing touches the first bead, contact 1 holds an external force, which acts on the bead as a whole.
@@ -182,7 +184,7 @@ def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: 
         largest = max(push.radius for one in alike for pair in one for push in pair)
         fields[bead] = BeadField(bead, chain.modes - 1, largest)
 
-    # All beads become one grid, whose parts they are.
+    # All beads form one grid; each bead is a part of it.
     points, cells, displacement, stress = list[Vector](), [], [], []
     for number in numbers:
         field = fields[bodies[number]]
@@ -209,9 +211,9 @@ def _of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: 
 
 
 def _check_chain(reading: Reading, chain: DeformableChain, own: int) -> None:
-    """Raise a ValueError if the chain is not that of the run. own: its number there."""
+    """Raise a ValueError if the chain is not that of the run. own: the number of the chain in the run."""
     run = reading.data
-    # A point of a sweep holds the input of the first one: there a few facts are compared.
+    # A point of a sweep holds the input of the first point, so only a few facts are compared.
     inputs: dict[str, Any] = {} if set(run.coords) - OF_RUNS else stored(run.attrs.get("input"))
     there: Any = inputs["chains"][own] if "chains" in inputs else inputs.get("chain")
     here: Any = stored(as_text(chain.describe()))

@@ -1,6 +1,6 @@
 """A sketch of a set-up to scale: chain, contact and structure from the side, and a plate seen along the chain.
 
-Lengths are in mm. What is drawn is the description of a run, as its Dataset holds it.
+Lengths are in mm. The sketch shows the description of a run that its Dataset holds.
 """
 
 import json
@@ -26,7 +26,7 @@ Described = Mapping[str, Any]
 
 BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc", "#c3b8a6", "#b8ccc6")  # of named kinds; others are white
 LAYER_COLOURS = ("#9fb4c7", "#f0e2b6", "#c7a58f", "#b5cda3", "#cdb7d6", "#d9d9d9")
-SPACE = 26.0  # drawn depth and half-height of what has no ends
+SPACE = 26.0  # drawn depth and half-height of bodies without ends
 BASES = {"fixed": "////", "absorbing": "...."}  # hatches of the base of a rod
 
 EDGES: dict[str, dict[str, Any]] = {
@@ -37,7 +37,7 @@ EDGES: dict[str, dict[str, Any]] = {
     "elastic": {"color": COLOURS[2], "linewidth": 2.0, "linestyle": ":"},
     "free": {"color": PALE, "linewidth": 0.9, "linestyle": "-"},
 }
-"""How an edge of each support is drawn."""
+"""The line for an edge with each kind of support."""
 
 
 def setup(run: Any, ax: Axes | None = None) -> Axes:
@@ -48,7 +48,7 @@ def setup(run: Any, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     run : CoSimulation or Dataset
-        Before or after it has run. Of a sweep, its first run is drawn.
+        A simulation, or the result of a run. For a sweep the first run is drawn.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
@@ -113,9 +113,9 @@ def setup(run: Any, ax: Axes | None = None) -> Axes:
 
 
 def described_input(run: Any, name: str = "run") -> dict[str, Any]:
-    """Return the input of a run as plain data; a ValueError where it is not known. name: of the argument."""
+    """Return the input of a run as plain data; a ValueError if it is not known. name: the name of the argument."""
     if isinstance(run, CoSimulation):
-        # By JSON, so that what is drawn is the same before and after a run.
+        # Through JSON, so that the sketch is the same before and after a run.
         return dict(json.loads(json.dumps(run.describe(), default=repr)))
     inputs = stored(run.attrs.get("input", "")) if isinstance(run, xr.Dataset) else {}
     for known in (inputs, stored(inputs.get("first_run", ""))):
@@ -133,16 +133,16 @@ def note(ax: Axes, words: str) -> None:
 
 def letters(ax: Axes, x: float, y: float, words: str) -> None:
     ax.text(x, y, plain(words), fontsize=SMALL, color=INK, ha="left", va="center")
-    ax.plot([x], [y], linestyle="none")  # a text does not count where limits are chosen
+    ax.plot([x], [y], linestyle="none")  # a text alone does not widen the limits of the axes
 
 
 def draw(ax: Axes, patch: Ellipse | Rectangle, words: str = "", **look: Any) -> None:
-    """Draw a shape. words: in the legend."""
+    """Draw a shape. words: its label in the legend."""
     ax.add_patch(patch).set(**{"facecolor": "white", "edgecolor": INK, "linewidth": 0.6, "label": words, **look})
 
 
 def draw_chain(ax: Axes, chain: Described, y: float, is_free: bool) -> float:
-    """Draw a chain, which ends at x = 0, and what strikes it where it is free; return the x of its struck end."""
+    """Draw a chain that ends at x = 0, and its striker if the struck end is free; return the x of that end."""
     beads = chain["beads"]
     kinds = Counter(map(bead_in_words, beads))
     faces = dict(zip(kinds, BEAD_COLOURS, strict=False))
@@ -174,14 +174,14 @@ def draw_chain(ax: Axes, chain: Described, y: float, is_free: bool) -> float:
         words = f"first bead starts{moves}" if striker is None else "pushed: a force or a place over time"
         ax.plot([], [], label=words, color=COLOURS[1], marker=">", linestyle="none")
     ax.annotate("", (start, up), (begin, up), arrowprops={"arrowstyle": "-|>", "color": COLOURS[1], "linewidth": 1.2})
-    ax.plot([begin, start], [up, up], linestyle="none")  # an arrow does not count where limits are chosen
+    ax.plot([begin, start], [up, up], linestyle="none")  # an arrow alone does not widen the limits of the axes
     return start
 
 
 def side_of(data: Described) -> Iterator[tuple[float, float, float, str, dict[str, Any]]]:
     """Yield the parts of a structure as seen from the side, from the contact on.
 
-    Of each its width along the chain, its half-height, how far its middle lies above the contact, words and look.
+    A part has a width along the chain, a half-height, the height of its middle above the contact, words and a look.
     """
     kind, look, layers = str(data.get("kind", "structure")), {"facecolor": LAYER_COLOURS[0]}, data.get("layers") or []
     material: Any = data.get("material")
@@ -190,7 +190,7 @@ def side_of(data: Described) -> Iterator[tuple[float, float, float, str, dict[st
         thick = 1e3 * float(data["thickness"])
         yield thick, SPACE, 0.0, f"{kind}, {thick:.4g} mm{of}", look
     elif kind == "beam":
-        # As thick as a rectangular section of its stiffness and mass.
+        # The thickness is that of a rectangular section with the same stiffness and mass.
         length, away = 1e3 * data["length"], 1e3 * data["at"]
         area = data["mass_per_length"] / material["density"]
         thick = 1e3 * sqrt(12.0 * data["bending_stiffness"] / (material["youngs_modulus"] * area))
@@ -214,9 +214,9 @@ def side_of(data: Described) -> Iterator[tuple[float, float, float, str, dict[st
 
 
 def draw_front(ax: Axes, plate: Described, touching: Mapping[int, int], x: float, y: float, top: float) -> float:
-    """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y.
+    """Draw a plate as seen along the chain, to the right of x, below `top`; return its lowest y.
 
-    touching: the chain that touches each of its contact points.
+    touching: for each contact point of the plate, the chain that touches it.
     """
     contact: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
     # The outline and its holes, with the names of their edges.

@@ -29,12 +29,12 @@ def swept(
     runs: xr.Dataset, sensor: int | None = None, measure: str = "amplitude_ratio", over: str | None = None,
     wave: str = "primary", ax: "Axes | None" = None,
 ) -> "Axes":  # fmt: skip
-    """Draw AR or TOF over a parameter of a sweep; the reasons for missing values stand in the legend.
+    """Draw AR or TOF over a parameter of a sweep. The legend gives the reasons for missing values.
 
     Parameters
     ----------
     runs : Dataset
-        Of `sweep` or `batch`, over one or two parameters, with forces or with the variable that `measure` names.
+        The result of `sweep` or `batch` over one or two parameters, with forces or the variable that `measure` names.
     sensor : int, optional
         A bead, 1 to N from the struck end; needed where the Dataset holds forces.
     measure : {"amplitude_ratio", "time_of_flight"}
@@ -49,7 +49,7 @@ def swept(
     Returns
     -------
     Axes
-        A cross at the bottom marks each point without such a wave; no such point is drawn as 0.
+        A cross at the bottom marks each point without such a wave; it is not drawn as 0.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def swept(
         gaps = np.flatnonzero(np.isnan(curve))
         if gaps.size:
             reasons = [_reason(data.isel({along: int(gap), **at}), sensor, wave) for gap in gaps]
-            # Reasons that differ in numbers only stand once.
+            # Reasons that differ only in numbers appear once.
             kinds = Counter(NUMBER.sub("#", reason) for reason in reasons)
             last = {NUMBER.sub("#", reason): reason for reason in reasons}
             texts = [f"{last[kind]} ({count_of(many, 'point')})" for kind, many in kinds.items()]
@@ -127,7 +127,7 @@ def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
 
 
 def words_of(values: xr.DataArray) -> str:
-    """Return what a parameter is, in words."""
+    """Return the name of a parameter in words."""
     return plain(str(values.attrs.get("long_name") or in_words(str(values.name))))
 
 

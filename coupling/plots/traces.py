@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 WAVE_MARKERS = {"incident": "v", "primary": "o", "secondary": "s"}
 
-MAP_COLUMNS = 1200  # at most of a map of forces; each shows the greatest force in its time
+MAP_COLUMNS = 1200  # most columns of a map of forces; each shows the greatest force in its time
 WEAK = 0.5  # Colours of a map follow this power of the force, so that an echo of 1 % of the greatest force can be seen
 
-ENERGIES = {  # of a run, in words
+ENERGIES = {  # the energies of a run, in words
     "kinetic_energy": "motion of striker and beads",
     "contact_energy": "contacts, gravity and preload of the chain",
     "dissipated_energy": "lost in the chain",
@@ -38,7 +38,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     run : Dataset
         One run, or a measured signal.
     sensors : int or sequence of int, optional
-        Beads, 1 to N from the struck end; by default the middle bead of a run, all of a signal.
+        Beads, 1 to N from the struck end; by default the middle bead of a run, or all sensors of a signal.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
@@ -123,12 +123,12 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
 
 
 def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
-    """Draw where the energy of a run is over time, and its sum.
+    """Draw the parts of a run's energy over time, and their sum.
 
     Parameters
     ----------
     run : Dataset
-        One run with all its chains and structures, which are summed up.
+        One run with all its chains and structures, whose energies are added.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
@@ -166,7 +166,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
 def mark_waves(
     ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str, which: Iterable[str] = tuple(WAVE_MARKERS)
 ) -> None:
-    """Mark each peak from above, with words in the legend; a clipped peak has no mark."""
+    """Mark the peak of each wave, with words in the legend. A clipped peak has no mark."""
     try:
         waves = reflections(run, sensor)
     except ValueError as error:
@@ -184,7 +184,7 @@ def mark_waves(
 
 
 def sensors_of(reading: Reading, sensors: Any) -> list[int]:
-    """Return the numbers of sensors: those stated, or the usual ones."""
+    """Return the numbers of the given sensors, or of the default ones."""
     if sensors is None:
         if reading.is_signal:
             return [int(number) for number in reading.data.sensor.values]

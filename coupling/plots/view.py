@@ -18,7 +18,7 @@ from coupling.plots.motion import known_motion
 from structures.checks import finite, not_negative, one_of, positive
 from structures.units import handy
 
-# What can be shown: its name, unit and colours; those of the deflection, which has a sign, are white at zero.
+# Quantities that can be shown, with name, unit and colours. The deflection has a sign; its colours are white at zero.
 QUANTITIES = {
     "von_mises": ("von Mises stress", "Pa", "viridis"),
     "displacement": ("displacement", "m", "viridis"),
@@ -26,12 +26,12 @@ QUANTITIES = {
 }
 
 # The colours cover this part of the body, over all times. The stress at the contact is a hundred times that of the
-# waves, which a scale up to it would hide.
+# waves, and a scale up to it would hide the waves.
 COLOURED = 0.95
 
 CELLS = {"quad9": "BIQUADRATIC_QUAD", "tetra10": "QUADRATIC_TETRA", "hexahedron27": "TRIQUADRATIC_HEXAHEDRON"}  # of VTK
 SIGHT = np.array([-0.45, 0.75, -0.48])  # direction of view on 3-D bodies, in a frame whose third axis points up
-WIDTH, HEIGHT, ABOVE, BELOW = 1000, 600, 50, 180  # of the body at most, and of the room above and below it, pixels
+WIDTH, HEIGHT, ABOVE, BELOW = 1000, 600, 50, 180  # largest size of the body, and room above and below it, pixels
 GAP, BAR = 25, 80  # between body and ruler, and the height of the colour bar with its words, pixels
 FRAME_TIME = 100  # of an animation, ms
 NO_WINDOW = (
@@ -153,7 +153,7 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
     """
     motion, target = known_motion(motion), Path(folder)
     if target.exists() and not target.is_dir():
-        raise ValueError(f"folder = {str(folder)!r}: is no folder; name another")
+        raise ValueError(f"folder = {str(folder)!r}: is not a folder; name another")
     for path in target.iterdir() if target.exists() else ():
         if not re.fullmatch(r"motion(_\d+)?\.(vtu|pvd)", path.name):
             raise ValueError(f"folder = {str(folder)!r}: holds {path.name}; name another")
@@ -178,9 +178,9 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
 
 @contextmanager
 def written_whole(name: str, path: Path) -> Iterator[Path]:
-    """Yield a path beside that of a file or folder; what is written there replaces it at the end, whole or not at all.
+    """Yield a temporary path. At the end the file or folder there replaces the one at `path`, whole or not at all.
 
-    name: of the argument.
+    name: the name of the argument that holds the path.
     """
     parent = path.absolute().parent
     if not parent.is_dir():
@@ -216,7 +216,7 @@ class Scene:
         sides = np.ptp(motion.position.values, axis=0) * ([2.0, 1.0, 1.0] if self.flat else 1.0)
         usual = round_number(0.1 * sides[sides > 0.0].min() / size.max()) if size.max() > 0.0 else 1.0
         self.factor = usual if factor is None else not_negative("factor", factor)
-        high = self.usual_end(values) if highest is None else positive("highest", highest, unit)
+        high = self.upper_end(values) if highest is None else positive("highest", highest, unit)
         scale, unit = handy([5.0 * high], unit)  # in which the highest value is 0.2 or more
         self.values, self.ends = scale * values, (-scale * high if show == "deflection" else 0.0, scale * high)
         words, greatest = f"{name} ({unit})", abs(self.values).max()
@@ -249,8 +249,8 @@ class Scene:
             "vertical": False,
         }  # fmt: skip
 
-    def usual_end(self, values: NDArray[np.float64]) -> float:
-        """Return a round number that most of the body does not exceed, or the greatest value if that is not far off."""
+    def upper_end(self, values: NDArray[np.float64]) -> float:
+        """Return a round number that most of the body does not exceed, or the greatest value if it is near that."""
         sizes = grid_of(self.motion, self.motion.position.values).compute_cell_sizes()
         of_cells = abs(values[:, self.motion.cells.values].mean(axis=2))
         order = np.argsort(of_cells, axis=None)
@@ -260,7 +260,7 @@ class Scene:
         return greatest or 1.0 if usual > 0.5 * greatest or usual == 0.0 else round_number(usual, up=True)
 
     def body(self, number: int | None = None, part: int | None = None) -> Any:
-        """Return the body at rest, or as it is drawn at a time; all of it, or a part."""
+        """Return the body at rest, or magnified at a time; all of it, or a part."""
         places = self.motion.position.values
         if number is not None:
             places = places + self.factor * self.motion.displacement.values[number]
@@ -270,7 +270,7 @@ class Scene:
         return grid.merge(grid.reflect((0.0, 1.0, 0.0))) if self.flat else grid
 
     def image(self, number: int) -> NDArray[np.uint8]:
-        """Return height × width × 3: the body at the time of this number, of a section also its outline at rest."""
+        """Return the picture at a time, height × width × 3: the body and, for a section, its outline at rest."""
         for part in np.unique(self.motion.part.values).tolist():
             # Outlines at rest lie behind the body, those of the moved body in front of it.
             for moment, colour, lift in ((None, "#a0a0a0", -1e-3), (number, "black", 1e-3)):
@@ -294,7 +294,7 @@ class Scene:
 
 
 def grid_of(motion: xr.Dataset, places: NDArray[np.float64], part: int | None = None) -> Any:
-    """Return a motion's cells at these places as pyvista has them; all of them, or those of a part."""
+    """Return a motion's cells at these places as a grid of pyvista: all of them, or those of a part."""
     import pyvista
 
     cells = motion.cells.values if part is None else motion.cells.values[motion.part.values == part]
@@ -303,7 +303,7 @@ def grid_of(motion: xr.Dataset, places: NDArray[np.float64], part: int | None = 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Silence VTK where it tries windows that it cannot create; raise OSError where none is left: VTK ends Python."""
+    """Silence VTK while it tries windows that it cannot create; raise an OSError if none is left: VTK would exit."""
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, as it brings the windows
     from vtkmodules.vtkCommonCore import vtkLogger
     from vtkmodules.vtkRenderingCore import vtkRenderWindow

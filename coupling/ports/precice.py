@@ -24,29 +24,28 @@ from structures.moving import MovingStructure
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
-STEPS_PER_CONTACT = 64  # Steps of the chain in a contact, where neither preCICE nor the user says how long they are.
-# A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
+STEPS_PER_CONTACT = 64  # Steps of the chain in a contact, if neither preCICE nor the user determines their length.
+# A force below this part of the chain's force scale is a rounding error and set to zero: relative convergence measures
 # divide by its change.
 ROUNDING = 1e-12
 
 
 class Side(NamedTuple):
-    """A participant: the configuration, its names there, and how its contacts lie in the mesh."""
+    """A participant of the coupling."""
 
-    file: Path
-    names: Mapping[str, str]
-    direction: Sequence[float] | None
-    positions: Sequence[Sequence[float]] | None
+    file: Path  # the configuration
+    names: Mapping[str, str]  # its names in the configuration
+    direction: Sequence[float] | None  # of the contacts
+    positions: Sequence[Sequence[float]] | None  # of the contacts, m
 
 
 class Step(NamedTuple):
-    """A chain at the end of a step; the displacement of the surface, m; the length of the step, s; and the mean force
-    of the last contact over it, N, above the static one."""
+    """A chain at the end of a step."""
 
     chain: ChainState
-    surface: float
-    span: float
-    mean_force: float
+    surface: float  # displacement of the surface, m
+    span: float  # length of the step, s
+    mean_force: float  # mean force of the last contact over the step, above the static force, N
 
 
 def run_in_precice(
@@ -73,32 +72,32 @@ def run_in_precice(
     configuration : str or Path
         The configuration file of preCICE, with a fixed time-window-size.
     surface, flexibility : Surface and float
-        Of a chain: the surface that it touches, and the compliance in series with its contact, m/N; of a Structure its
-        `surface` and its `flexibility`.
+        For a chain: the surface that it touches, and the compliance in series with its contact, m/N. If the other
+        participant is a Structure, these are its `surface` and `flexibility`.
     names : mapping, optional
         Names in the configuration for "participant", "mesh", "displacement" and "force"; by default "Chain" or
         "Structure", "Chain-Mesh" or "Structure-Mesh", "Displacement" and "Force".
     direction : sequence of float, optional
         The direction in which the chain pushes, if the data are vectors; None if both are scalars.
     positions : sequence, optional
-        Position of the vertex of each contact, m; of a single one by default the origin.
+        Position of the vertex of each contact, m; for a single contact by default the origin.
     window : float, optional
-        Longest step of a chain, s. By default preCICE's window; but 1/64 of a contact if that is longer than 1/8 of
-        one.
+        Longest step of a chain, s. By default preCICE's window; but 1/64 of a contact if the window is longer than 1/8
+        of a contact.
     dt : float, optional
         Time step of a chain, s; see MovingChain.
 
     Returns
     -------
     Dataset
-        Of a chain, a run for `reflections` and other measures, with the work on the surface as the only energy;
-        `evaluations` counts how often a window was tried, and `residual` is the last change of its force. Of a
-        structure `surface_displacement` (m), `mean_force` (N) and `interface_work` (J).
+        For a chain, a run for `reflections` and other measures, with the work on the surface as the only energy;
+        `evaluations` counts how often a window was tried, and `residual` is the last change of its force. For a
+        structure, `surface_displacement` (m), `mean_force` (N) and `interface_work` (J).
 
     Raises
     ------
     ImportError, ValueError, FloatingPointError
-        If pyprecice is missing, for bad input, and if the state of a bead is no longer finite. Errors of preCICE are
+        If pyprecice is missing, for wrong input, and if the state of a bead is no longer finite. Errors of preCICE are
         passed on.
 
     Examples
@@ -130,16 +129,16 @@ def run_in_precice(
 
 
 def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: dict[str, Any]) -> xr.Dataset:
-    """Run a chain to the end of the coupling. longest: step that it may take, s.
+    """Run a chain to the end of the coupling. longest: the longest step, s.
 
-    All steps of the accepted windows are kept. At the end of a window, zero at that of other steps, stand how often the
-    window was tried, and the last change of its mean force, N.
+    All steps of the accepted windows are kept. `evaluations` and `residual` hold, at the last step of a window, how
+    often it was tried and the last change of its mean force, N; they are zero at other steps.
     """
     steps, evaluations, residual = [Step(moving.start(), 0.0, 1.0, 0.0)], [0], [0.0]
     first, tries, before, most, weak = 0, 1, 0.0, longest, ROUNDING * moving.scales[0]
     with _coupled(side, ("displacement", "force"), 1) as (coupling, read, write):
         while coupling.is_coupling_ongoing():
-            # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
+            # All states are kept, so there is nothing to write, but preCICE requires this call.
             coupling.requires_writing_checkpoint()
             left = coupling.get_max_time_step_size()
             if most is None:
@@ -192,7 +191,7 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
     variables = {name: variable(name, data) for name, data in values.items()}
     data = xr.Dataset(variables, coordinates, _origin(inputs))
 
-    # Windows that are coarse, or took as many iterations as they may; and what is checked after every run.
+    # Findings: coarse windows, windows that took all their iterations, and the checks after every run.
     windows = np.diff(times[values["evaluations"] > 0.0], prepend=0.0)
     findings = coarse("time-window-size", float(windows.max(initial=0.0)), moving.contact_time)
     text = re.sub(r"<!--.*?-->", "", side.file.read_text(encoding="utf-8", errors="replace"), flags=re.DOTALL)
@@ -259,8 +258,8 @@ def _coupled(
 ) -> Iterator[tuple[Any, Callable[[float], Vector], Callable[[Vector], None]]]:
     """Begin a coupling and end it; after an error the other participant ends, too.
 
-    Yields the participant, and functions that read what acts at each vertex at the end of a step (s), and write a
-    number for each vertex, one for each contact. data: of displacement and force what is read, and what is written.
+    Yields the participant; a function that reads a number for each vertex at the end of a step (s); and one that writes
+    a number for each vertex. Each contact is a vertex. data: the names of what is read and of what is written.
     """
     if len(side.positions or ()) != count and (side.positions is not None or count > 1):
         raise ValueError(
@@ -285,7 +284,7 @@ def _coupled(
                 places[k] = _vector(f"positions[{k}]", position, dimensions)
             vertices = participant.set_mesh_vertices(mesh, places)
         except (ValueError, RuntimeError):
-            # The other participant waits for this one: it must begin before it can end.
+            # The other participant waits for this one, which must therefore begin before it ends.
             with suppress(RuntimeError):
                 participant.set_mesh_vertices(mesh, np.zeros((1, dimensions)))
                 participant.requires_initial_data()
@@ -305,19 +304,19 @@ def _coupled(
         participant.initialize()
         yield participant, read, write
     except BaseException:
-        with suppress(RuntimeError):  # the first error must not be hidden by another
+        with suppress(RuntimeError):  # another error must not hide the first one
             participant.finalize()
         raise
     participant.finalize()
 
 
 def _directions(side: Side, sizes: list[int]) -> list[Vector]:
-    """Return the directions of what is read and of what is written, 1 of a scalar."""
+    """Return the directions of the data that are read and of those that are written; 1 for scalars."""
     given = side.direction
     if given is not None and max(sizes) == 1:
         raise ValueError(f"direction = {short(given)}: must be None, since displacement and force are scalars")
     if given is None and max(sizes) > 1:
-        raise ValueError(f"direction = None: must be given for data that are vectors, as {max(sizes)} numbers")
+        raise ValueError(f"direction = None: must be given as {max(sizes)} numbers, because the data are vectors")
     directions = [np.ones(1) if size == 1 else _vector("direction", given, size) for size in sizes]
     if not all(map(np.any, directions)):
         raise ValueError(f"direction = {short(given)}: must not be zero")
@@ -332,7 +331,7 @@ def _vector(name: str, value: Any, size: int) -> Vector:
 
 
 def _origin(inputs: Mapping[str, Any]) -> dict[str, str]:
-    """Return the attributes of a result: its input, and the versions of all that took part."""
+    """Return the attributes of a result: its input and all versions, that of preCICE included."""
     import precice
 
     information = getattr(precice, "get_version_information", str)()

@@ -1,4 +1,4 @@
-"""A result is an xarray.Dataset: named dimensions, units, the full input and the versions in its attributes."""
+"""The Dataset of a run: named dimensions, units, and the full input and the versions in its attributes."""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -19,9 +19,9 @@ from structures.structure import Vector
 def dataset(
     interface: Interface, frames: Frames, interval: float, inputs: Mapping[str, Any], findings: Sequence[str] = ()
 ) -> xr.Dataset:
-    """Return the Dataset of one run, of views of its frames. Shorter chains are padded with NaN, see `reading`.
+    """Return the Dataset of one run, with views of its frames. Shorter chains are padded with NaN; see `reading`.
 
-    inputs: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
+    inputs: the input of the run. findings: the lines of the attribute `warnings`.
     """
     chains, selection = interface.chains, frames.kept
     bodies, size = [*range(max(chain.mass.size for chain in chains))], len(chains)
@@ -68,10 +68,10 @@ def _empty(
     ends: tuple[Contact, ...],
     layout: tuple[tuple[str, tuple[int, ...]], ...],
 ) -> xr.Dataset:
-    """Return a Dataset without numbers: xarray takes as long to check names and shapes as a run takes, and as copies of
-    this one it makes the next results of equal names and shapes in a quarter of that time.
+    """Return a Dataset without numbers, of which results with the same names and shapes are copies: xarray's checks of
+    names and shapes take as long as a run, and a copy takes a quarter of this time.
 
-    layout: the variables and their shapes; ends: the contacts with structures where they have to be told apart.
+    layout: the variables and their shapes. ends: the contacts with structures; empty for a single contact.
     """
     several = ["chain"] if chains > 1 else []
     size = (chains,) if several else ()
@@ -96,7 +96,7 @@ def _empty(
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
-    """Return what belongs to one chain; contact energy with the work of the static forces on the surfaces."""
+    """Return the variables of one chain. The contact energy includes the work of static forces on the surfaces."""
     chain, of_chain = interface.chains[number], frames.chains[number]
     bodies, energy = chain.mass.size, of_chain.energy
     potential = energy["potential"].copy()
@@ -110,7 +110,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
             "vibration_amplitude": chain.amplitudes(of_chain.position),
         }
     if chain.yielding is not None:
-        deformed = {"dent": of_chain.position[:, 3 * bodies :]}  # the last of what contacts remember
+        deformed = {"dent": of_chain.position[:, 3 * bodies :]}  # the memory of the contacts ends with their dents
     return {
         **deformed,
         "displacement": of_chain.position[:, :bodies] - chain.rest[:bodies],
@@ -124,7 +124,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
 
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
-    """Return what belongs to contacts, structures and the run: saved times, or saved times × contacts or structures."""
+    """Return the variables of the contacts, the structures and the run, over saved times."""
     contact, structure, time = frames.saved.work, frames.saved.structure, frames.saved.time
     gaps = np.full((interface.size, frames.rows), np.nan)
     for k, (number, end, *_) in enumerate(interface.contacts):
@@ -159,7 +159,7 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
 
 
 def _filled(arrays: Sequence[Vector | None], bodies: int) -> list[Vector]:
-    """Return the arrays of one shape: NaN replaces the bodies and modes that a chain does not have."""
+    """Return arrays of equal shape: NaN stands for bodies and modes that a chain does not have."""
     shape = np.max([array.shape for array in arrays if array is not None], axis=0)
     if bodies:
         shape[1] = bodies

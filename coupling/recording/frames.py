@@ -1,4 +1,4 @@
-"""The arrays that a run fills at its saved times."""
+"""Frames: the arrays that a run fills at its saved times."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -13,15 +13,15 @@ from structures.structure import Vector
 
 
 class Kept(NamedTuple):
-    """A selection of each chain: the numbers of contacts and of bodies, both counted from zero."""
+    """The contacts and the bodies of each chain that are kept, by their numbers from zero."""
 
     contacts: list[int]
     bodies: list[int]
 
 
 def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
-    """Return what is kept at sensors, None for all beads, of chains whose shortest has `beads`; raise a ValueError for
-    others. The last contact tells when a wave reaches the structure."""
+    """Return what is kept for sensors (None: all beads); raise a ValueError for a sensor that is not a bead of the
+    shortest chain, which has `beads`. The last contact is kept, as it shows when a wave reaches the structure."""
     if sensors is None:
         return Kept([*range(beads + 1)], [*range(beads + 1)])
     numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
@@ -31,35 +31,27 @@ def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
 
 
 class ChainFrames(NamedTuple):
-    """The frames of one chain.
+    """The frames of one chain."""
 
-    force (N): saved times × contacts; velocity (m/s): saved times × bodies that are kept. deepest: the greatest
-    approach of each contact, m. position (m): rows of the ledger × coordinates, first those of the bodies; energy:
-    records CHAIN_FRAME of these rows.
-    """
-
-    force: Vector
-    velocity: Vector
-    deepest: Vector
-    position: Vector
-    energy: Records
+    force: Vector  # saved times × contacts, N
+    velocity: Vector  # saved times × bodies that are kept, m/s
+    deepest: Vector  # the greatest approach of each contact, m
+    position: Vector  # rows of the ledger × coordinates, m; the bodies come first
+    energy: Records  # records CHAIN_FRAME of these rows
 
 
 class Motion(NamedTuple):
-    """The motion of a chain in a run, as the checks after it see it.
+    """The motion of a chain in a run, for the checks after the run."""
 
-    force: of each contact over the saved times, N. deepest: the greatest approach of each contact, m.
-    """
-
-    force: Vector
-    deepest: Vector
+    force: Vector  # contacts × saved times, N
+    deepest: Vector  # the greatest approach of each contact, m
 
 
 class Frames:
-    """Frames of a run: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
+    """Frames of a run at its saved times, from the start in row 0 on; the ledger at all of them, or at both ends.
 
-    kept: of each chain; None for everything. The checks after the run need the forces of the other contacts, too.
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known.
+    kept: what is kept of each chain; None for everything. The forces of all contacts are saved, because the checks
+    after the run need them. saved: all arrays, which the compiled loop fills; unknown energies of structures are NaN.
     """
 
     def __init__(self, interface: Interface, rows: int, kept: Kept | None = None) -> None:
@@ -86,7 +78,7 @@ class Frames:
 
     @property
     def chains(self) -> list[ChainFrames]:
-        """The parts of each chain."""
+        """The frames of each chain."""
         saved = self.saved
         velocities = np.split(saved.velocity, self.ends[:-1], axis=1)
         return [
@@ -95,9 +87,9 @@ class Frames:
         ]
 
     def count_damping(self, interface: Interface) -> None:
-        """Add what the damping of linear structures took: the part of the work that is not in their energy.
+        """Enter the energy that the damping of linear structures took: their work less their energy.
 
-        The midpoint rule keeps that identity.
+        The midpoint rule satisfies this balance exactly.
         """
         for place in interface.damped:
             frames = self.saved.structure[place]

@@ -23,8 +23,8 @@ SMALLEST_WAVE = 0.01
 
 WAVES = ("primary", "secondary", "third")
 
-# The attributes of a run that hold, as JSON by sensor, its uncertainty budgets (text and rows of a table) and its
-# numerical errors.
+# The attributes of a run with its uncertainty budgets (text and rows of a table) and numerical errors, as JSON by
+# sensor.
 UNCERTAINTY, NUMERICAL_ERROR = "uncertainty", "numerical_error"
 
 _MARGINS = ("amplitude_ratio", "time_of_flight")
@@ -33,9 +33,9 @@ _MARGINS = ("amplitude_ratio", "time_of_flight")
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, earliest: float = 0.0) -> Reflections:
     """Return the incident wave at a sensor bead, and the first two waves that come back.
 
-    docs/theory.md says what a wave is (thesis, sections 1.5 and 6.1.1). AR and TOF jump where a small change of a
-    parameter makes another push the greatest, or another pulse the first that can have come from the structure; a
-    warning says where that is near.
+    docs/theory.md says what a wave is (thesis, sections 1.5 and 6.1.1). AR and TOF jump if a small change of a
+    parameter makes another push the greatest, or another pulse the first that can have come from the structure. A
+    warning says if a run is near such a jump.
 
     Parameters
     ----------
@@ -44,21 +44,20 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     sensor : int
         Number of the bead, 1 to N from the struck end.
     smallest : float
-        A peak lower than this part of the incident amplitude, or one that rises by less, is no wave.
+        A peak that is lower than this part of the incident amplitude, or rises by less, is not a wave.
     earliest : float
-        Of a signal: what comes less than this time after the incident wave is its tail, s, as a compressed chain makes
-        one. Nothing that was reflected is back before a wave has run to the structure and returned.
+        For a signal: peaks less than this time, s, after the incident wave are its tail, as in a compressed chain. A
+        reflected wave is back only after it has run to the structure and returned.
 
     Returns
     -------
     Reflections
-        The tuple (incident, primary, secondary). A wave that is missing is a `NoWave`, which is false and holds the
-        reason.
+        The tuple (incident, primary, secondary). A missing wave is a `NoWave`, which is false and holds the reason.
 
     Warns
     -----
     HertzlinkWarning
-        If the sensor is near an end of the chain, the record ends too early, or something in a signal misleads.
+        If the sensor is near an end of the chain, the record ends too early, or a signal may mislead.
 
     Examples
     --------
@@ -184,22 +183,20 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
 
 
 class _Seen(NamedTuple):
-    """The waves at a sensor: runs or signals × waves × (amplitude, N, and arrival, s), the incident one first, NaN
-    where there is none; a variable over the axes, None for one; and what is known of the waves of runs, or of signals.
-    """
+    """The waves at a sensor, in runs or signals."""
 
-    peaks: Vector
-    template: xr.DataArray | None
-    runs: Sequence[Found] = ()
-    signals: Sequence[SignalWaves] = ()
+    peaks: Vector  # runs or signals × waves × (amplitude, N; arrival, s), the incident wave first; NaN if missing
+    template: xr.DataArray | None  # a variable over the axes; None for one run or signal
+    runs: Sequence[Found] = ()  # the waves of each run
+    signals: Sequence[SignalWaves] = ()  # the waves of each signal
 
 
 def _waves(
     reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor"
 ) -> _Seen:
-    """Return what passes a sensor in each of some runs or signals.
+    """Return the waves at a sensor in each run or signal.
 
-    places: of the waves that are needed, the incident one first. name: the user's, of the sensor.
+    places: numbers of the waves that are needed; the incident wave is 0. name: the argument that gave the sensor.
     """
     most = 1 + max(places)
     if not reading.is_signal:
@@ -218,19 +215,19 @@ def _waves(
 
 
 def _of_one(*wanted: Any) -> _Seen:
-    """Return the `_waves` of one run or signal; a ValueError refuses several."""
+    """Return the `_waves` of one run or signal; raise a ValueError for several."""
     seen = _waves(*wanted)
     if seen.template is not None:
         axis = seen.template.dims[0]
         raise ValueError(
-            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
+            f"run: has the axis {axis}; use amplitude_ratio and time_of_flight, or choose one run with "
             f"run.isel({axis}=0)"
         )
     return seen
 
 
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
-    """Return AR or TOF of a run or a signal, or over the axes of many, and warn once of what misleads in them."""
+    """Return AR or TOF of a run or signal, or over the axes of many, and warn once of what may mislead in them."""
     reading, place = Reading(run), 1 + WAVES.index(one_of("wave", wave, WAVES))
     seen = _waves(reading, sensor, SMALLEST_WAVE, (0, place))
     amplitude, arrival = np.moveaxis(seen.peaks, -1, 0)
@@ -240,7 +237,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     if seen.runs or template is None:
         _warn_of_doubts(reading, seen, sensor, 1 + place)
 
-    # Records that end before the wanted wave can be back, or within it.
+    # A record may end before the wanted wave can be back, or within this wave.
     missing = [one for one in seen.runs if 0 < len(one.samples) <= place]
     reasons = [why_missing(reading.time, one, SMALLEST_WAVE, sensor)[::-1] for one in missing]
     if late := [(until, reason) for until, reason in reasons if until > reading.time[-1]]:
@@ -254,13 +251,13 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 
 
 def _warn_above_one(ratio: float, sensor: int) -> None:
-    """Warn of a reflected wave that is higher than the incident one, as at the light beads of a dimer."""
+    """Warn if a reflected wave is higher than the incident one, as at the light beads of a dimer chain."""
     if ratio > 1.0:
         caution(f"AR at bead {sensor}: {ratio:.4g} is {ABOVE_ONE}; compare other sensors")
 
 
 def _warn_of_doubts(reading: Reading, seen: _Seen, sensor: int, wanted: int) -> None:
-    """Warn of what may mislead in the first `wanted` waves of runs, once of all; or in one signal."""
+    """Warn of what may mislead in the first `wanted` waves of runs, with one warning for all; or in one signal."""
     if reading.is_signal:
         for doubt in [*seen.signals[0].doubts(sensor), *doubts_of_sensors(reading)]:
             caution(doubt)

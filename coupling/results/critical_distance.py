@@ -9,7 +9,7 @@ from coupling.results.reading import number_or_array
 from structures.checks import instance, positive, short
 from structures.structure import Vector
 
-FEWEST = 3  # Distances that make a curve.
+FEWEST = 3  # Least number of distances.
 
 LABEL = "critical distance"
 
@@ -17,23 +17,23 @@ LABEL = "critical distance"
 def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | xr.DataArray:
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
-    It is interpolated between the last sample outside the tolerance and the next one, and no better than this bracket,
-    because AR oscillates: on samples 10 mm apart it was up to 29 % off. `critical_distance_search` refines the bracket
-    (thesis, section 6.2.2).
+    It is interpolated between the last sample outside the tolerance and the next one. It is known no better than this
+    bracket, because AR oscillates: on samples 10 mm apart it was up to 29 % off. `critical_distance_search` refines the
+    bracket (thesis, section 6.2.2).
 
     Parameters
     ----------
     ratio : DataArray
-        AR over "distance" (m; or over the only dimension), and over any others. NaN is unknown: no wave came within the
-        record. Where that means AR = 0, pass ``ratio.fillna(0.0)``.
+        AR over "distance" (m; or over the only dimension), and over any others. NaN means unknown: no wave came back
+        within the record. If that means AR = 0, pass ``ratio.fillna(0.0)``.
     tolerance : float
-        How far AR may be from its far value, in units of the incident amplitude.
+        Largest difference of AR from its far value, in units of the incident amplitude.
 
     Returns
     -------
     float or DataArray
-        A float for one curve. NaN where the far value is unknown or not reached; the smallest distance, an upper bound,
-        where AR is within the tolerance at all of them.
+        A float for one curve. NaN if the far value is unknown or not reached. The smallest distance, as an upper bound,
+        if AR is within the tolerance at all distances.
 
     Examples
     --------
@@ -65,9 +65,9 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 
 def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[float, float, float]:
     """Return the critical distance and its bracket, the last sample outside the tolerance and the next one, for one
-    curve over rising distances, m. All three are NaN where there is no wave at all. Where the far value is unknown or
-    not reached, low is a lower bound and high is infinite; where AR never leaves the tolerance, low is 0."""
-    # The greatest distance cannot show that the far value, which is its own, is reached.
+    curve over rising distances, m. All three are NaN if there is no wave at all. If the far value is unknown or not
+    reached, low is a lower bound and high is infinite; if AR never leaves the tolerance, low is 0."""
+    # AR at the greatest distance is the far value itself, so it cannot show that this value is reached.
     usable = np.flatnonzero(~np.isnan(curve[:-1]))
     if usable.size == 0:
         return nan, nan, nan

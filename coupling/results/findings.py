@@ -1,7 +1,7 @@
-"""Findings on a result that may mislead: the attribute `warnings` of its Dataset, one finding a line.
+"""Findings: what may mislead in a result. The attribute `warnings` of its Dataset has one finding in each line.
 
-A finding begins with what it concerns and a colon, such as "energy: …": those with the same words there, numbers aside,
-are of one kind, and are reported together where there are many runs.
+A finding begins with its subject and a colon, such as "energy: …". Findings whose subjects differ only in numbers are
+of one kind; those of many runs are reported together.
 """
 
 import re
@@ -30,12 +30,12 @@ def findings_of(data: xr.Dataset) -> list[str]:
 
 
 def kind(finding: str) -> str:
-    """Return what it concerns: the words before the first colon, without their numbers."""
+    """Return the kind of a finding: the words before the first colon, without their numbers."""
     return NUMBER.sub("#", finding.split(": ")[0])
 
 
 def gathered(findings: Mapping[str, Sequence[str]], count: int, what: str = "points") -> list[str]:
-    """Return the first finding of each kind in `count` runs, and how many have one; findings: by the run's name."""
+    """Return the first finding of each kind in `count` runs, and how many have one. findings: by the run's name."""
     kinds: dict[str, dict[str, str]] = {}
     for name, lines in findings.items():
         for line in lines:
@@ -55,6 +55,6 @@ def one_of_each(findings: Sequence[str]) -> list[str]:
 
 
 def warn(findings: Sequence[str]) -> None:
-    """Warn the user of each."""
+    """Warn the user of each finding."""
     for finding in findings:
         caution(finding)

@@ -1,4 +1,4 @@
-"""Files of results, in HDF5: it can make a file read others, and load programs to decode it; such files are refused."""
+"""Checks of HDF5 files. HDF5 lets a file read other files, and load programs to decode it; such files are refused."""
 
 from io import BytesIO
 from pathlib import Path
@@ -6,17 +6,17 @@ from typing import Any
 
 import xarray as xr
 
-# Numbers over the size of their file, as no filter of HDF5 itself packs more densely; and bytes that are never too
-# many
+# Largest size of the numbers over that of their file, as no filter of HDF5 packs more densely; and a size, in bytes,
+# that is always allowed.
 LARGEST_RATIO, SMALL = 1100, 10_000_000
 
-# Filters that HDF5 and h5py bring along; it loads the program of any other from a folder of plugins
+# The filters of HDF5 and h5py. For any other one HDF5 would load a program from a folder of plugins.
 OWN_FILTERS = {1, 2, 3, 4, 5, 6, 32000}
 
 
 def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
-    """Raises ValueError, which begins with `name`, for a file that leads out of itself or claims too many numbers."""
-    import h5py  # type: ignore[import-untyped]  # here, as most runs read no file
+    """Raise a ValueError, which begins with `name`, for a file that reads other files or claims too many numbers."""
+    import h5py  # type: ignore[import-untyped]  # here, because most runs do not read a file
 
     def fault_of(place: str, link: Any) -> str | None:
         if isinstance(link, h5py.ExternalLink):
@@ -41,15 +41,15 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
         with h5py.File(source, "r") as file:
             fault = file.visititems_links(fault_of)
     except (OSError, RuntimeError, KeyError, TypeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{name}: is no HDF5 file that can be read ({error})") from error
+        raise ValueError(f"{name}: is not an HDF5 file that can be read ({error})") from error
     if fault:
         raise ValueError(f"{name}: {fault}; it was not read")
 
 
 def read_netcdf(file: Path) -> xr.Dataset:
-    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file for any other.
+    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file if it cannot be read.
 
-    What leads out of the file, or claims more than it can hold, is refused before it is read.
+    A file that reads other files, or claims more than it can hold, is refused before it is read.
     """
     import h5py
 
@@ -57,7 +57,7 @@ def read_netcdf(file: Path) -> xr.Dataset:
         what = "is a folder" if file.is_dir() else "there is no such file"
         raise ValueError(f"{file}: {what}; give a netCDF file such as results.nc")
     if not h5py.is_hdf5(file):
-        raise ValueError(f"{file}: cannot be read as netCDF; it is no file of HDF5, on which netCDF 4 is built")
+        raise ValueError(f"{file}: cannot be read as netCDF; it is not an HDF5 file, as files of netCDF 4 are")
     check_hdf5(file, str(file))
     try:
         return xr.load_dataset(file, engine="h5netcdf")

@@ -84,8 +84,8 @@ def contact_time(run: xr.Dataset) -> float | xr.DataArray:
 def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     """Return the greatest change of the total energy in a run, in units of the impact energy.
 
-    The total is the energy of beads, contacts, gravity and structures, and what losses and damping took, less the work
-    of force histories and pistons. The work done on a black box replaces its energy.
+    The total is the energy of beads, contacts, gravity and structures, plus the energy that losses and damping took,
+    minus the work of force histories and pistons. The work done on a black box replaces its energy.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
 
 
 def energies(run: xr.Dataset) -> dict[str, Any]:
-    """Return the parts of the total energy over time, J, as `energy_error` sums them; driven: the work put in, < 0."""
+    """Return the parts of the total energy over time, J, for `energy_error`; driven: minus the work put in."""
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_whole("chain", "structure")
@@ -122,5 +122,5 @@ def energies(run: xr.Dataset) -> dict[str, Any]:
 
 
 def _summed(values: xr.DataArray) -> xr.DataArray:
-    """Return the sum over chains or structures, where a run has several."""
+    """Return the sum over chains or structures, if a run has several."""
     return values.sum([axis for axis in ("chain", "structure") if axis in values.dims])

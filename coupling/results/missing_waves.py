@@ -10,12 +10,12 @@ from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
-PUSH = 3.0  # Hops that a push on a structure lasts, until it is known.
+PUSH = 3.0  # Estimated length of a push on a structure, in hops of the wave.
 UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")  # The cure in these sentences; its group is the time in words.
 
 
 def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
-    """Warn where a bead is fewer than WAVE_LENGTH beads from an end of a chain; chains: the number of beads of each."""
+    """Warn if a bead is fewer than WAVE_LENGTH beads from an end of a chain. chains: the number of beads of each."""
     beads = min(beads for beads in chains if beads >= sensor)
     cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
     if beads <= 2 * WAVE_LENGTH:
@@ -29,8 +29,8 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
 
 
 def why_missing(time: Vector, found: Found, smallest: float, sensor: int) -> tuple[str, float]:
-    """Return why a run has no wave that came back, or no further one, empty where it is not known; and the `until` (s)
-    of a longer record that would hold it, of which `short_record` speaks, else NaN."""
+    """Return why a run has no reflected wave, or no further one, empty if unknown; and the `until` (s) of a record that
+    would hold it, NaN if a longer record does not help."""
     ends, slowest, where = float(time[-1]), smallest ** (-1.0 / 6.0), f"bead {sensor}"
     hop, leaves = found.travel / found.hops, found.leaves
     if not isfinite(leaves) and found.samples:
@@ -55,8 +55,8 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int) -> tup
 
 
 def short_record(ends: float, where: str, needed: float = nan, within: bool = False) -> str:
-    """Return what is said of a record that ends before a wave can be back, or within one, and the `until` (s) that
-    would hold it; needed: NaN for a signal."""
+    """Return a sentence on a record that ends before a wave can be back, or within one. needed: the `until` (s) of a
+    record that would hold it, NaN for a signal."""
     early = f"within a wave that comes back to {where}" if within else f"before a reflected wave can be back at {where}"
     cure = "record longer"
     if isfinite(needed):
@@ -66,7 +66,7 @@ def short_record(ends: float, where: str, needed: float = nan, within: bool = Fa
 
 
 def rounded_up(value: float) -> float:
-    """Return a number to give instead, rounded up to two digits."""
+    """Return a number rounded up to two digits."""
     step = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{ceil(value / step * (1.0 - 1e-9)) * step:.2g}")
 

@@ -1,4 +1,4 @@
-"""The provenance of a result: its input and the versions of what made it, as text in the attributes of a Dataset."""
+"""The provenance of a result: its input and the versions of the software, as text in the attributes of a Dataset."""
 
 import json
 import platform
@@ -13,8 +13,8 @@ from structures.checks import count_of, short
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
-MOST_BEADS = 1_000_000  # Of a chain in a file.
-DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")  # What stands for long lists of numbers.
+MOST_BEADS = 1_000_000  # Most beads of a chain in a file.
+DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")  # A checksum that stands for a long list of numbers.
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
@@ -25,24 +25,23 @@ def provenance(inputs: Mapping[str, Any]) -> dict[str, str]:
 
 
 def as_text(inputs: Mapping[str, Any]) -> str:
-    """Return the input as JSON, the same in every process: what is no plain data by its repr, without addresses; see
-    `folded`."""
+    """Return the input, `folded`, as JSON, the same in every process: objects become their repr without addresses."""
     text = json.dumps(folded(inputs), default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
     if "NaN" not in text and "Infinity" not in text:
         return text
-    # JSON knows neither: they become text.
+    # JSON has no NaN and no infinity: they become text.
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
 def folded(data: Any) -> Any:
-    """Return the plain data in which equal neighbours among the beads of a chain stand once, with their count."""
+    """Return plain data in which equal neighbouring beads of a chain are written once, with their count."""
     if not isinstance(data, Mapping):
         return [folded(value) for value in data] if isinstance(data, list | tuple) else data
     table = {
         name: value if name == "beads" and isinstance(value, list) else folded(value) for name, value in data.items()
     }
     if isinstance(beads := table.get("beads"), list):
-        # By their text: numbers that are equal may differ in sign or type.
+        # Beads are compared by their text, because equal numbers may differ in sign or type.
         texts = {number: repr(bead) for number, bead in {id(bead): bead for bead in beads}.items()}
         groups = [list(many) for _, many in groupby(beads, lambda bead: texts[id(bead)])]
         table["beads"] = [many[0] if len(many) == 1 else {"count": len(many), "bead": many[0]} for many in groups]
@@ -50,8 +49,8 @@ def folded(data: Any) -> Any:
 
 
 def stored(text: object) -> dict[str, Any]:
-    """Return input or versions from the text that a Dataset holds, each bead by itself; empty where it is nothing that
-    `as_text` wrote."""
+    """Return input or versions from the text that a Dataset holds, with each bead written out; empty if the text is not
+    from `as_text`."""
 
     def unfolded(table: dict[str, Any]) -> dict[str, Any]:
         if isinstance(beads := table.get("beads"), list):
@@ -80,7 +79,7 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
     elif isinstance(first, list) and isinstance(second, list):
         yield f"{name} has {count_of(len(first), 'entry')} there and {len(second)} here"
     elif first != second and DIGEST.fullmatch(str(first)):
-        yield f"{name} not the same, of which only a checksum is stored"
+        yield f"{name} differs, of which only a checksum is stored"
     elif first != second:
         yield f"{name} = {short(first)} there and {short(second)} here"
 
@@ -95,5 +94,5 @@ def version_of(package: str) -> str:
 
 @cache
 def versions() -> dict[str, str]:
-    """Return the versions of Python, hertzlink and what its numbers depend on."""
+    """Return the versions of Python, hertzlink and the packages that its numbers depend on."""
     return {"python": platform.python_version(), **{package: version_of(package) for package in PACKAGES}}

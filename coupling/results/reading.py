@@ -1,6 +1,6 @@
-"""The reader of results: what a Dataset holds, by the schema, without the padding of shorter chains.
+"""The reader of results: the content of a Dataset by the schema, without the padding of shorter chains.
 
-All measures, checks and pictures read a Dataset through `Reading`. It needs no simulator.
+All measures, checks and pictures read a Dataset through `Reading`. It does not need the simulation.
 """
 
 from collections.abc import Sequence
@@ -15,14 +15,14 @@ from structures.caution import caution
 from structures.checks import instance, whole
 from structures.structure import Vector
 
-# What makes a Dataset of more than sensors.
+# The way to a Dataset with more than sensors.
 ALL_KEPT = "by CoSimulation.run without sensors, which keeps everything"
 
 
 class Reading:
     """A run, sweep, batch or signal: its kind, chains, contacts, forces and sensors.
 
-    what: how an error describes the Dataset that is wanted. Raises ValueError for other objects.
+    what: the wanted Dataset, in the words of an error. Raises ValueError for other objects.
     """
 
     def __init__(self, run: object, what: str = "the Dataset of a run, a sweep or a signal") -> None:
@@ -35,12 +35,12 @@ class Reading:
 
     @property
     def is_signal(self) -> bool:
-        """Whether it holds measured forces of sensors, and no contacts."""
+        """Whether the Dataset holds measured forces of sensors, and no contacts."""
         return self.kind == SIGNAL
 
     @property
     def at_sensors(self) -> bool:
-        """Whether it holds sensors of runs alone, as of a batch."""
+        """Whether the Dataset holds only sensors of runs, like a batch."""
         return "beads" in self.data.attrs
 
     @property
@@ -66,12 +66,12 @@ class Reading:
 
     @cached_property
     def kept(self) -> set[int]:
-        """The numbers of the contacts that it holds, of the longest chain if there are several."""
+        """The numbers of the contacts in the Dataset, for the longest chain if there are several."""
         return set(self.data.variables["contact"].values[self._there.any(axis=0)].tolist())
 
     @property
     def whole_beads(self) -> list[int]:
-        """The beads both of whose contacts it holds."""
+        """The beads with both contacts in the Dataset."""
         return [n for n in sorted(self.kept) if n > 0 and n + 1 in self.kept]
 
     @cached_property
@@ -89,14 +89,14 @@ class Reading:
         """Return the contact forces above the preload, N; shorter chains are padded. A ValueError for a signal."""
         self.check_holds(("contact_force",), "a run or a sweep")
         force, static = self.data.contact_force, self.data.static_force
-        # Without xarray's comparison of coordinates, which are the same: it takes longer than a measure.
+        # On variables, because xarray's comparison of the equal coordinates takes longer than a measure.
         values = (force.variable - static.variable).transpose(*force.dims).values
         above: xr.DataArray = force.copy(data=values)
         above.attrs = {}
         return above
 
     def checked_sensor(self, sensor: int, name: str = "sensor") -> int:
-        """Return the number of a bead whose two contacts are held, or raise a ValueError; warn of shorter chains."""
+        """Return the number of a bead with both contacts, or raise a ValueError; warn if a chain is too short."""
         self.check_holds(("contact_force",), "a run or a sweep")
         number, whole_beads = whole(name, sensor), self.whole_beads
         if not whole_beads:
@@ -122,7 +122,7 @@ class Reading:
         return force
 
     def position(self, sensor: int) -> float:
-        """Return where a sensor bead lies along the chain, m, or a ValueError where the signal does not hold it."""
+        """Return the position of a sensor bead along the chain, m; raise a ValueError if a signal does not hold it."""
         if "centre" not in self.data.coords:
             raise ValueError(
                 "run: holds no positions of its sensors; give positions={sensor: m} where the signal is read"
@@ -130,7 +130,7 @@ class Reading:
         return float(self.data.centre.sel({"sensor" if self.is_signal else "bead": sensor}))
 
     def check_holds(self, names: Sequence[str], source: str = "a run") -> None:
-        """Raise a ValueError where a variable is missing; source: what makes a Dataset with these variables."""
+        """Raise a ValueError if a variable is missing. source: the origin of a Dataset with these variables."""
         if missing := " and ".join(name for name in names if name not in self.data.data_vars):
             if self.at_sensors:
                 raise ValueError(f"run: keeps sensors only, and holds no {missing}; run it {ALL_KEPT}")
@@ -138,7 +138,7 @@ class Reading:
             raise ValueError(f"run: {what}holds no {missing}; must be the Dataset of {source}")
 
     def check_one_run(self, *names: str) -> None:
-        """Raise a ValueError where variables have the axes of a sweep."""
+        """Raise a ValueError if variables have the axes of a sweep."""
         for axes in filter(None, (axes_of(self.data[name]) for name in names)):
             raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
 
@@ -149,7 +149,7 @@ class Reading:
             raise ValueError("run: has several chains; choose one chain with run.isel(chain=0)")
 
     def check_whole(self, *names: str) -> None:
-        """Raise a ValueError where some of several were removed. names: "chain", "structure" or both."""
+        """Raise a ValueError if some chains or structures were removed. names: "chain", "structure" or both."""
         for name in names:
             column = f"interface_{name}"
             count = 1 + int(self.data[column].max()) if column in self.data.coords else 1
@@ -160,7 +160,7 @@ class Reading:
 
 
 def at_end(force: Vector, end: int = LAST) -> Vector:
-    """Return what the last contact of a chain has, or the first, of contacts × times; NaN of a run that failed."""
+    """Return the row of a chain's last contact, or of its first, from contacts × times; NaN for a failed run."""
     # Rows of NaN pad a shorter chain.
     recorded = force[~np.isnan(force.reshape(len(force), -1)).all(axis=1)]
     return np.asarray((recorded if len(recorded) else force)[-1 if end == LAST else 0])

@@ -1,8 +1,8 @@
 """The schema of all results: the name, unit, dimensions and description of each variable, and the kinds of Datasets.
 
-Time comes first, then what a run has several of (chains, interfaces, structures), then the bodies of a chain. The
-dimensions "chain", "interface" and "structure" exist where a run has several of them. Chains shorter than the longest
-one are padded with NaN; `coupling.results.reading` removes the padding.
+Time is the first dimension. Then come chains, interfaces or structures, if a run has several of them, and then the
+bodies of a chain. Chains shorter than the longest one are padded with NaN; `coupling.results.reading` removes the
+padding.
 """
 
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ import xarray as xr
 
 from structures.quantities import Likely
 
-LAST, FIRST = 0, 1  # The two ends of a chain: that of the last bead, and the struck end.
-END_NAMES = ("last bead", "first bead")  # What a result calls them.
+LAST, FIRST = 0, 1  # The two ends of a chain: the last bead, and the struck end.
+END_NAMES = ("last bead", "first bead")  # Their names in a result.
 
 
 class Contact(NamedTuple):
@@ -36,7 +36,7 @@ class Variable(NamedTuple):
 
 
 WORDS = {
-    "distance thickness length radius diameter depth height width": Likely.SIDE,
+    "distance thickness length radius diameter depth height width x y": Likely.SIDE,
     "modulus strength": Likely.MODULUS,
     "speed": Likely.SPEED,
     "preload force": Likely.PRELOAD,
@@ -44,7 +44,7 @@ WORDS = {
     "time until window": Likely.TIME,
     "frequency": Likely.FREQUENCY,
 }
-"""What a parameter is whose unit is nowhere stated, by the last word of its name: all numbers are SI."""
+"""The quantity of a parameter without a stated unit, by the last word of its name. All numbers are in SI units."""
 
 BEADS, CONTACTS, MODES = ("bead",), ("contact",), ("bead", "mode")
 
@@ -70,18 +70,18 @@ VARIABLES = {
     "gap": Variable(
         "m", "between bead and surface, negative where they indent; NaN where a chain faces nothing", "interface"
     ),
-    "interface_work": Variable("J", "work of the dynamic contact force on the structure, as that felt it", "interface"),
+    "interface_work": Variable("J", "work of the dynamic contact force that the structure received", "interface"),
     "interface_work_of_chain": Variable("J", "the same work, as the chain gave it", "interface"),
-    "interface_mismatch": Variable("J", "work that the chain gave less work that the structure felt", "interface"),
+    "interface_mismatch": Variable("J", "work that the chain gave minus work that was received", "interface"),
     "interface_impulse": Variable("N s", "impulse of the dynamic contact force on the structure", "interface"),
     "structure_work": Variable("J", "work of all dynamic contact forces on the structure since the start", "structure"),
     "structure_kinetic_energy": Variable("J", "kinetic energy of the structure, NaN if unknown", "structure"),
     "structure_elastic_energy": Variable("J", "elastic energy of the structure, NaN if unknown", "structure"),
-    "structure_energy": Variable("J", "both, in the time stepping's own metric", "structure"),
+    "structure_energy": Variable("J", "sum of both, in the metric of the time stepping", "structure"),
     "structure_dissipated_energy": Variable(
         "J", "energy taken by the structure's damping since the start", "structure"
     ),
-    "structure_numerical_loss": Variable("J", "work less energy and damping: what the time stepping lost", "structure"),
+    "structure_numerical_loss": Variable("J", "work less energy and damping: the time stepping's loss", "structure"),
     "evaluations": Variable("1", "chain windows tried since the last saved time"),
     "windows": Variable("1", "windows since the last saved time; more than usual where one was halved"),
     "residual": Variable("N", "greatest disagreement on a mean force since the last saved time"),
@@ -94,14 +94,14 @@ COORDINATES = (
     "impact_energy", *(f"interface_{name}" for name in Contact._fields),
 )  # fmt: skip
 
-# Names that every run uses for itself: no axis of a sweep may have one of them.
+# Names that every run uses: no axis of a sweep may have one of them.
 OF_RUNS = frozenset({*COORDINATES, *VARIABLES} - {"sensor", "sensor_force"})
 # Kinds of Datasets: of one run, of measured forces, of `batch`, of runs over other axes, and of bodies in motion.
 RUN, SIGNAL, BATCH, SWEEP, MOTION = "run", "signal", "batch", "sweep", "motion"
 
 
 def kind_of(data: xr.Dataset) -> str:
-    """RUN, SIGNAL, BATCH, SWEEP or MOTION; "" for a Dataset that is none of them."""
+    """RUN, SIGNAL, BATCH, SWEEP or MOTION; "" for a Dataset of another kind."""
     names = data.data_vars
     if "sensor_force" in names:
         return SIGNAL
@@ -120,7 +120,7 @@ def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:
 
 
 def unit_of(name: str) -> str:
-    """Return the SI unit of a parameter, "" where its name implies none."""
+    """Return the SI unit of a parameter, "" if its name does not imply one."""
     last = name.rsplit("_", 1)[-1]
     return next((what.unit for words, what in WORDS.items() if last in words.split()), "")
 
@@ -131,7 +131,7 @@ def run_coordinates(
 ) -> dict[str, Any]:  # fmt: skip
     """Return the coordinates of a run, SI units.
 
-    bodies, contacts: their numbers, counted from zero. owner: "chain" where it has several.
+    bodies, contacts: their numbers, counted from zero. owner: "chain" if the run has several, or "run" for a batch.
     """
     coordinates: dict[str, Any] = {
         "time": ("time", times, {"units": "s"}),
@@ -148,7 +148,7 @@ def run_coordinates(
 def variable(name: str, values: Any, *owner: str, description: str = "") -> tuple[list[str], Any, dict[str, str]]:
     """Return the dimensions, values and attributes of a variable.
 
-    owner: the dimension of which a result has several. description: if it differs from that of the schema.
+    owner: the dimension, if a result has several owners. description: one that differs from that of the schema.
     """
     units, usual, _, bodies = VARIABLES[name]
     return ["time", *owner, *bodies], values, {"units": units, "long_name": description or usual}

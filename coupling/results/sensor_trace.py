@@ -1,4 +1,4 @@
-"""What a sensor's trace holds, in SI units: noise, resolution, the quiet lead, clipped samples, and its pulses."""
+"""The trace of a sensor, in SI units: its noise, resolution, quiet lead, clipped samples, and pulses."""
 
 from math import pi, sqrt
 from typing import Any, NamedTuple
@@ -12,23 +12,23 @@ from structures.structure import Vector
 from structures.units import factor
 
 FEWEST_SAMPLES = 16  # A trace with fewer samples holds no pulse that could be measured.
-# A trace is first smoothed until its noise is this part of its range: then half heights are crossed once.
+# A trace is first smoothed until its noise is this part of its range, so that it crosses half heights only once.
 ROUGH_NOISE = 0.02
-# Standard deviation of the Gaussian that waves are looked for with, in widths of the narrowest large pulse.
+# Standard deviation of the Gaussian for the search of waves, in widths of the narrowest large pulse.
 SMOOTHING = 1.0 / 8.0
-# A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise, where
-# the greatest of 10 000 noises rises by 7.8 from valley to peak.
+# A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise. The
+# greatest rise in 10 000 samples of noise, from valley to peak, is 7.8.
 LARGE = 0.2
 WIDE = 64.0  # Standard deviation of a Gaussian, in samples, beyond which Fourier transforms are faster than sums.
 REVERSED = 2.0  # Pulses are negative if the deepest valley is this many times the highest peak.
-# A level is clipped if more than this part of the samples near it are exactly on it, of a parabola it is a third; and
-# how many these are at the least.
+# A level is clipped if more than this part of the samples near it are exactly on it, and at least so many. On a
+# parabola a third of them are.
 FLAT, FEWEST_CLIPPED = 0.5, 3
 
 
 def checked_trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
-    """Return `values` as an array of at least 16 finite numbers in an SI unit, `count` of them if given, or
-    raise a ValueError."""
+    """Return `values` as an array of at least 16 finite numbers in an SI unit, `count` of them if given; raise a
+    ValueError for others."""
     array = in_si_units(name, values, unit)
     if array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
@@ -41,7 +41,7 @@ def checked_trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Ve
 
 
 def interpolated_over_gaps(values: Vector) -> Vector:
-    """Return a trace with straight lines across samples that are NaN, because they were clipped; never all of them."""
+    """Return a trace with straight lines across samples that are NaN, which must not be all."""
     finite = np.isfinite(values)
     if finite.all():
         return values
@@ -58,15 +58,16 @@ def is_inverted(values: Vector) -> bool:
 def noise_level(values: Vector) -> float:
     """Return the standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
 
-    From third differences, which smooth waves hardly touch, by their median: it does not see single spikes. The median
-    of |x| is 0.6745 standard deviations of a Gaussian, and third differences have 1 + 9 + 9 + 1 times its variance.
+    It follows from the median of third differences: smooth waves hardly change them, and single spikes do not change
+    the median. The median of |x| of a Gaussian is 0.6745 standard deviations, and third differences have 1 + 9 + 9 + 1
+    times the variance.
     """
     white = float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
-    return max(white, resolution(values) / sqrt(12.0))  # rounding errors are even over one step
+    return max(white, resolution(values) / sqrt(12.0))  # rounding errors are uniform over one step
 
 
 def resolution(values: Vector) -> float:
-    """Return the smallest step between two values of a trace: the digitiser's, where one was at work."""
+    """Return the smallest step between two values of a trace, which is the step of a digitiser."""
     steps = np.diff(np.unique(values))
     return float(steps.min()) if steps.size else 0.0
 
@@ -74,11 +75,11 @@ def resolution(values: Vector) -> float:
 def smoothed(values: Vector) -> tuple[Vector, float, float]:
     """Return a trace smooth enough to look for waves, the noise left on it, and the width of its pulses in samples.
 
-    The width is the narrowest large pulse's, or the greatest's where none is large, at half its rise: pulses that pile
-    up stay apart. A trace without a peak comes back as it is, with the width 0.
+    The width is that of the narrowest large pulse, or of the greatest one if none is large, at half its rise, so that
+    overlapping pulses remain separate. A trace without a peak is returned unchanged, with the width 0.
     """
     noise, span = noise_level(values), float(np.ptp(values))
-    # The squares of a Gaussian's weights sum to 1/(2 √π sigma), the part of the variance of white noise that is left.
+    # The squares of a Gaussian's weights sum to 1/(2 √π sigma): this part of the variance of white noise is left.
     target = ROUGH_NOISE * span
     sigma = 0.0 if noise <= target else min((noise / target) ** 2 / (2.0 * sqrt(pi)), values.size / 100.0)
     rough = _blurred(values, sigma)
@@ -88,41 +89,39 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     rises = scipy.signal.peak_prominences(rough, peaks)[0]
     large = rises >= min(LARGE * span, rises.max())
     width = float(scipy.signal.peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
-    # Again; the 1 holds where the Gaussian is so narrow that it changes nothing.
+    # The same for this Gaussian; the 1 is for one so narrow that it changes nothing.
     left = noise / sqrt(1.0 + 2.0 * sqrt(pi) * SMOOTHING * width)
     return _blurred(values, SMOOTHING * width), left, width
 
 
 def quiet_lead(values: Vector) -> int:
-    """Return how many samples at the beginning of a trace are surely quiet: half of those before it leaves its first
-    level; 0 where they are fewer than half a pulse, because the trace may begin within a wave."""
+    """Return the number of samples at the beginning of a trace that are certainly quiet: half of those before it leaves
+    its first level; 0 if these are fewer than half a pulse, because the trace may begin within a wave."""
     upright = -values if is_inverted(values) else values
     smooth, _, width = smoothed(upright)
     first = np.median(smooth[: max(4, values.size // 100)])
-    # A tenth of the range is clear of the noise that smoothing leaves, and a pulse passes it early, on its foot.
+    # A tenth of the range is above the noise that smoothing leaves, and a pulse exceeds it early.
     lead = int((np.abs(smooth - first) > 0.1 * float(np.ptp(smooth))).argmax())
-    # Of fewer than four samples, half of eight, the median is no baseline.
+    # The median of fewer than four samples, half of eight, is not a baseline.
     return 0 if lead < max(8.0, 0.5 * width) else lead // 2
 
 
 class Measures(NamedTuple):
-    """Of a record: its samples with straight lines over gaps; the digitiser's step; the standard deviation of white
-    noise; the samples of its quiet lead, 0 for none; the level there; which samples are clipped or NaN, and sentences
-    on these."""
+    """Measures of a record."""
 
-    filled: Vector
-    step: float
-    noise: float
-    lead: int
-    level: float
-    clipped: Vector
-    said: list[str]
+    filled: Vector  # the samples, with straight lines over gaps
+    step: float  # of the digitiser
+    noise: float  # standard deviation of white noise
+    lead: int  # number of samples in the quiet lead, 0 for none
+    level: float  # median of the lead
+    clipped: Vector  # whether a sample is clipped or NaN
+    said: list[str]  # sentences on clipped samples
 
 
 def measures(time: Vector, values: Vector, mains: float | None = None) -> Measures:
-    """Return what is measured of a record, NaN where a sample is missing, before its waves are looked for.
+    """Return the measures of a record, in which missing samples are NaN, before its waves are looked for.
 
-    mains: frequency of hum, Hz, that the lead may hold: it then ends where the record leaves half its range.
+    mains: frequency of a hum in the lead, Hz; the lead then ends where the record leaves half its range.
     """
     filled = interpolated_over_gaps(values)
     step, noise = resolution(values[np.isfinite(values)]), noise_level(filled)
@@ -158,7 +157,7 @@ def measures(time: Vector, values: Vector, mains: float | None = None) -> Measur
 
 def _blurred(values: Vector, sigma: float) -> Vector:
     if sigma <= WIDE:
-        # Below a quarter of a sample the neighbours weigh exp(−8) = 0.0003: nothing changes.
+        # Below a quarter of a sample the weight of the neighbours is exp(−8) = 0.0003, which changes nothing.
         return np.asarray(scipy.ndimage.gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
     reach = min(int(4.0 * sigma + 0.5), values.size)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
@@ -167,7 +166,7 @@ def _blurred(values: Vector, sigma: float) -> Vector:
 
 
 def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """Return `values` as an array of floats in an SI unit; of a DataArray, Series, pint quantity, or moments, too."""
+    """Return `values` as an array of floats in an SI unit, also from a DataArray, Series, pint quantity, or dates."""
     array: Any = values
     stated = ""
     if hasattr(array, "attrs") and hasattr(array, "values"):  # a DataArray, or a Series of pandas

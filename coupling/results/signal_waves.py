@@ -1,4 +1,4 @@
-"""The waves of a measured signal, which shows no directions, and what may mislead in it."""
+"""The waves of a measured signal, which does not show their directions, and what may mislead in it."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -19,26 +19,26 @@ ORDER = 4  # The top of a pulse is fitted by a polynomial of this order.
 # A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
 # step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5.
 CLEAR = 8.0
-# And it is higher by this factor than what the force swings below zero before the waves: beads do not pull, so that
-# is hum, whose crests are as high as its troughs are deep.
+# A wave is also higher, by this factor, than the force swings below zero before the waves. Beads do not pull, so such a
+# swing is hum, whose crests are as high as its troughs are deep.
 SWING = 1.5
-# It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits. At the
-# least two samples on either side: a cubic spline through a run's samples reads no more.
+# A wave is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits, and over at
+# least two samples on either side, as a cubic spline through a run's samples uses.
 REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
-# A signal's first wave back may be the incident one's tail where a later one is stronger by this factor: in 28 chains
-# drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others.
+# The first wave back in a signal may be the incident wave's tail if a later wave is stronger by this factor. In 28
+# random chains a later wave was so strong in all 15 in which the tail was read as a wave, and in none of the others.
 TAIL = 1.5
 # A record begins within a wave if its first sample exceeds this part of the greatest one, and soon falls.
 BEGINS = 0.05
-# Part of the incident wave's force by which the zero may be off without a warning: AR is then off by as much.
+# Largest error of the zero without a warning, as a part of the incident wave's force: AR is then off by as much.
 OFF = 0.02
-CERTAIN = 3.0  # Standard errors by which a slope or a level differs from zero: by chance in one clean record of 370.
-FEWEST = 16  # Samples of a lead, or between two waves, from which a level is read.
-# A wave comes back with the incident one's energy at most, and so with about its force; this allows for two in one.
+CERTAIN = 3.0  # A slope or a level of so many standard errors is real: by chance it is so in one clean record of 370.
+FEWEST = 16  # Least number of samples of a lead, or between two waves, for a level.
+# A reflected wave has at most the incident wave's energy, and so about its force; this allows for two waves in one.
 MOST = 2.0
-# A wave begins this many times as long before its peak as it rises from half its force; a Gaussian is 0.002 there.
+# The time from the beginning of a wave to its peak, over that from half its force; a Gaussian begins with 0.002.
 RISE = 3.0
-PULSE = 1.5  # Widths of a pulse on either side of its peak that belong to it.
+PULSE = 1.5  # A pulse extends over this many widths on either side of its peak.
 
 
 Peak = tuple[float, float]
@@ -46,15 +46,15 @@ Peak = tuple[float, float]
 
 
 class SignalWaves:
-    """The waves of one sensor's force (N), which may have gaps: the first one, and all later ones, whichever way they
-    go.
+    """The waves in the force of one sensor (N), which may have gaps: the first, and all later ones in any direction.
 
-    Waves are looked for in the signal smoothed over an eighth of a pulse, must rise clear of the noise that this leaves
-    and of one step of the digitiser, and are then placed by a least-squares polynomial through the samples as they are.
+    Waves are looked for in the signal smoothed over an eighth of a pulse. They must rise above the noise that this
+    leaves and above one step of the digitiser. A least-squares polynomial through the original samples then gives
+    height and time.
 
-    smallest: in units of the first wave. earliest: what comes sooner after the first wave is its tail, s. In a
-    compressed chain the tail swings below zero: what is weaker than a later wave by TAIL, and follows a trough of half
-    its height, is left out as well.
+    smallest: least height, in units of the first wave. earliest: peaks sooner than this after the first wave are its
+    tail, s. In a compressed chain the tail swings below zero: a peak that is weaker than a later wave by TAIL, and
+    follows a trough of half its height, is left out as well.
     """
 
     def __init__(self, time: Vector, force: Vector, smallest: float, earliest: float = 0.0) -> None:
@@ -66,7 +66,7 @@ class SignalWaves:
         self.smooth, self.left, self.width = smoothed(self.force)
         self.noise, smooth = noise_level(self.force), self.smooth
         self.floor = CLEAR * self.left + resolution(self.force)
-        # The force that only waves exceed, from how far the force swings below zero before them.
+        # Only waves exceed this force, which is higher than any swing below zero before them.
         self.hum = -SWING * float(smooth[: int((smooth > FRONT * smooth.max()).argmax())].min(initial=0.0))
         least = max(FIRST_WAVE * smooth.max(initial=0.0), self.floor)
         first = self._tops(least)
@@ -83,7 +83,7 @@ class SignalWaves:
         self.peaks = [begin, *peaks]
 
     def _tops(self, least: float) -> NDArray[np.intp]:
-        """Return the samples of the peaks of the smoothed signal that rise by `least`, N, and are no hum."""
+        """Return the samples of the peaks of the smoothed signal that rise by `least`, N, and are not hum."""
         tops: NDArray[np.intp] = scipy.signal.find_peaks(self.smooth, height=max(least, self.hum), prominence=least)[0]
         return tops
 
@@ -94,16 +94,15 @@ class SignalWaves:
         return [self._fitted(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
 
     def _fitted(self, peak: int, between: tuple[int, int]) -> Peak:
-        """Return amplitude and time of the top of a polynomial through the samples around a peak of the smoothed
-        signal.
+        """Return height and time of the top of a polynomial through the samples around a peak of the smoothed signal.
 
-        The smoothed signal has its peak elsewhere where a pulse is lopsided or has two humps. So polynomials over the
-        same reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in
-        its middle is taken.
+        The smoothed signal has its peak at another place if a pulse is asymmetric or has two humps. So polynomials over
+        the same reach first slide along the upper half of the pulse, between its two valleys, and the one that is
+        highest in its middle is taken.
         """
-        # The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with
-        # the reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units
-        # of the pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
+        # The error of a fourth-order fit grows with the sixth power of the reach, and the variance of its noise falls
+        # with the reach. Their sum is least if the reach grows with the twelfth root of noise² per sample, in units of
+        # the pulse's height and width. So clean signals are fitted narrowly, and noisy ones widely.
         time, force, smooth = self.time, self.force, self.smooth
         width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
         part = REACH * ((self.noise / smooth[peak]) ** 2 / width) ** (1.0 / 12.0)
@@ -127,7 +126,7 @@ class SignalWaves:
         return bool(least > 0.0 and smooth[valley:].max() >= max(smooth[valley] + least, least, self.hum))
 
     def check_peaks(self, needed: Sequence[int], sensor: int) -> None:
-        """Raise a ValueError where samples of the upper half of a needed peak are missing."""
+        """Raise a ValueError if samples of the upper half of a needed peak are missing."""
         unknown = ~np.isfinite(self.given)
         for amplitude, arrival in (self.peaks[place] for place in needed if place < len(self.peaks)):
             at = int(np.clip(np.searchsorted(self.time, arrival), 0, self.time.size - 1))
@@ -140,7 +139,7 @@ class SignalWaves:
                 )
 
     def doubts(self, sensor: int) -> list[str]:
-        """Return sentences on what misleads in the signal."""
+        """Return sentences on what may mislead in the signal."""
         if not np.isfinite(self.given).any():
             return []
         force, smooth, peaks = self.force, self.smooth, self.peaks
@@ -164,14 +163,14 @@ class SignalWaves:
         return [f"sensor {sensor}: {text}" for text in said]
 
     def _doubts_of_waves(self) -> Iterator[str]:
-        """Yield what misleads in the heights of the waves."""
+        """Yield sentences on what may mislead in the heights of the waves."""
         (top, arrival), *later = self.peaks
         greatest, at_greatest = max(self.peaks)
         if greatest > MOST * top:
             yield (
                 f"the first wave, {top:.3g} N, is much weaker than the one at {readable(at_greatest, 's', 4)}, "
-                f"{greatest:.3g} N; no wave comes back stronger than it went, so look at the signal: hum may be read "
-                "as a wave, or a heavy striker sends several"
+                f"{greatest:.3g} N; no wave comes back stronger than it went, so look at the signal: perhaps hum is "
+                "read as a wave, or a heavy striker sends several waves"
             )
         if later and max(later)[0] > TAIL * later[0][0]:
             (first, came), (strong, then) = later[0], max(later)
@@ -183,7 +182,7 @@ class SignalWaves:
             )
 
     def _doubts_of_zero(self, zero: float) -> Iterator[str]:
-        """Yield what misleads in the zero before the first wave, and between the waves."""
+        """Yield sentences on a wrong zero before the first wave, and between the waves."""
         time, force, smooth, noise = self.time, self.force, self.smooth, self.noise
         (top, arrival), last = self.peaks[0], self.peaks[min(1, len(self.peaks) - 1)][1]
         before = time[(time < arrival) & (smooth - zero < 0.5 * (top - zero))]
@@ -220,7 +219,7 @@ class SignalWaves:
 
 
 def doubts_of_sensors(reading: Reading) -> list[str]:
-    """Return sentences on sensors of a signal that the incident wave reaches in the wrong order."""
+    """Return sentences on sensors that the incident wave of a signal reaches in the wrong order."""
     sensors = sorted(int(sensor) for sensor in reading.data.sensor.values)
     waves = {n: SignalWaves(reading.time, np.asarray(reading.measured(n).values), 0.5).peaks for n in sensors}
     arrivals = [(n, peaks[0][1]) for n, peaks in waves.items() if peaks]

@@ -1,12 +1,12 @@
 """The waves that pass a bead in a run. `docs/theory.md` says what a wave is.
 
-Of a run the forces and the velocity are known, so the direction is known too: F v is the power that flows towards the
-structure, and it is negative where a wave comes back. The power is averaged over the time that a wave takes from bead
-to bead, because light beads rattle between heavy ones while a single wave passes.
+In a run forces and velocities are known, and so is the direction of a wave: F v is the power that flows towards the
+structure, and it is negative if a wave comes back. The power is averaged over the time that a wave takes from bead to
+bead, because light beads rattle between heavy ones while a single wave passes.
 
-What comes back may also have been turned back inside the chain. Its time tells: the time that a wave takes through a
-chain of Hertzian contacts is proportional to F^(−1/6), so a wave of AR a that left the structure when the incident wave
-arrived there is back a^(−1/6) times as late as that took. What is back earlier began inside the chain.
+A wave may also be turned back inside the chain. This shows in its time, because the time of a wave through a chain of
+Hertzian contacts is proportional to F^(−1/6). A wave of AR a that left the structure when the incident wave arrived
+there takes a^(−1/6) times as long as the incident wave. A wave that is back earlier was turned back inside the chain.
 
 References
 ----------
@@ -24,18 +24,18 @@ from numpy.typing import NDArray
 from coupling.results.reading import Reading
 from structures.structure import Vector
 
-# The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later.
+# The incident wave rises by at least this part of the greatest force: waves of a heavy striker add up later.
 FIRST_WAVE = 0.05
-FRONT = 0.3  # A wave arrives where it exceeds this part of its greatest value.
-VALLEY = 0.3  # Pulses are one where the power between them stays above this part of the weaker one's.
-TAIL = 0.02  # A pulse ends where its power falls below this part of its greatest one.
-# A wave from the structure takes at least this part of the time that F^(−1/6) predicts. In 200 random chains 99 % of
-# those that were followed contact by contact take 0.92 and more, those turned back inside the chain 0.8 and less.
+FRONT = 0.3  # A wave arrives when it exceeds this part of its greatest value.
+VALLEY = 0.3  # Two pulses are one if the power between them stays above this part of the weaker one's.
+TAIL = 0.02  # A pulse ends when its power falls below this part of its greatest power.
+# A wave from the structure takes at least this part of the time that F^(−1/6) predicts. In 200 random chains waves were
+# followed contact by contact: 99 % take 0.92 and more; those turned back inside the chain take 0.8 and less.
 EARLIEST = 0.85
-# The same where contacts yield: the dents that the incident wave leaves are stiffer, and the wave that comes back
-# runs faster over them. In chains of one and of two metals on plates and half-spaces it takes 0.70 and more.
+# The same if contacts yield: the dents that the incident wave leaves are stiffer, and the reflected wave runs faster
+# over them. In chains of one and of two metals on plates and half-spaces it takes 0.70 and more.
 EARLIEST_OVER_DENTS = 0.65
-WAVE_LENGTH = 5  # Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733).
+WAVE_LENGTH = 5  # Length of a solitary wave in beads (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733).
 # The time that a primary wave lasts, in units of a single wave of its strength. On plates, rods and half-spaces it is
 # 0.93 to 1.17 in chains of equal beads, and 1.3 to 3 where two waves overlap.
 SHORT, LONG = 0.5, 1.25
@@ -44,36 +44,30 @@ DOUBTFUL = 0.05
 
 ANOTHER = "; a small change may give another AR and TOF"
 
-NEAR = 4  # Samples on either side of a peak through which a cubic spline places it.
+NEAR = 4  # Samples on either side of a peak for the cubic spline that places it.
 
 Window = tuple[int, int]
 
 
 class Found(NamedTuple):
-    """The waves over a bead in one run, as samples of the peaks of its force (N, above the preload): the incident one
-    first.
+    """The waves over a bead in one run."""
 
-    hops: contacts from the bead to the structure; travel: time of the incident wave over them, s; leaves: when the push
-    on the structure ends, s, NaN where nothing pushes it. notes: why the AR and TOF of each wave may mislead, empty
-    where they do not; cut: whether the record ends within a wave that comes back.
-    """
-
-    force: Vector
-    hops: int
-    travel: float
-    leaves: float = np.nan
-    samples: Sequence[int] = ()
-    notes: Sequence[str] = ()
-    cut: bool = False
+    force: Vector  # of the bead, above the preload, N
+    hops: int  # contacts from the bead to the structure
+    travel: float  # time of the incident wave over the hops, s
+    leaves: float = np.nan  # time when the push on the structure ends, s; NaN if nothing pushes it
+    samples: Sequence[int] = ()  # of the peaks of the waves, the incident wave first
+    notes: Sequence[str] = ()  # for each wave, why its AR and TOF may mislead; empty if they do not
+    cut: bool = False  # whether the record ends within a wave that comes back
 
 
 def find_waves(
     reading: Reading, sensor: int, smallest: float, most: int, name: str = "sensor"
 ) -> tuple[Vector, list[Found], xr.DataArray | None]:
     """Return the first `most` waves over a bead of a run, a sweep or a batch: runs × waves × (amplitude, N, and
-    arrival, s), NaN where there is none; what is found in each run; and a variable over the axes, None for one run.
+    arrival, s), NaN for missing waves; the waves found in each run; and a variable over the axes, None for one run.
 
-    smallest: in units of the incident amplitude. name: the user's, of the sensor.
+    smallest: least height, in units of the incident amplitude. name: the argument that gave the sensor.
     """
     number = reading.checked_sensor(sensor, name)
     reading.check_holds(("contact_force", "velocity"))
@@ -95,7 +89,7 @@ def find_waves(
     earliest = EARLIEST_OVER_DENTS if data.attrs.get("yielding", 0) else EARLIEST
     found = []
     for force, static, velocity in zip(forces, statics, velocities, strict=True):
-        # Shorter chains are padded with NaN, which a run that failed has everywhere.
+        # Shorter chains are padded with NaN; a failed run is NaN everywhere.
         last = int(np.flatnonzero(np.isfinite(static)).max(initial=0)) or static.size - 1
         above, below, wall = (force[:, k] - static[k] for k in (place, place + 1, last))
         hops, preload = int(data.contact.values[last]) - number, 0.5 * (static[place] + static[place + 1])
@@ -111,12 +105,12 @@ def find_waves(
 
 
 class Flow:
-    """What flows over a bead in one run: its force above the preload, N, and power, W, with the samples of their peaks.
+    """The flow of power over a bead in one run: force above the preload, N, and power, W, with their peaks' samples.
 
-    towards, back: means of the power that flows to the structure and back. first, there: samples at which the wave
-    arrives at the bead and at the structure. travel: the time between, s; width: samples in which it takes one of its
-    hops. leaves: when the push on the structure ends, s. preload: at the bead, N; earliest: the part of the time by
-    F^(−1/6) before which nothing is back.
+    towards, back: the averaged power towards the structure and back. first, there: samples at which the wave arrives at
+    the bead and at the structure. travel: the time between these, s. width: the samples of one hop. leaves: when the
+    push on the structure ends, s. preload: of the bead, N. earliest: no wave from the structure takes less than this
+    part of the time by F^(−1/6).
     """
 
     def __init__(
@@ -128,7 +122,7 @@ class Flow:
         self.pushed = bool(push > FIRST_WAVE**2 * self.top)
         self.there = int((wall > FRONT * push).argmax()) if self.pushed else time.size - 1
         self.first = int((force > FRONT * force[: self.there + 1].max()).argmax())
-        # Before the wave has reached the structure its speed so far tells when it will.
+        # If the wave has not reached the structure yet, its speed so far gives the time.
         self.travel = float(time[self.there] - time[self.first] if self.pushed else time[self.first] * hops / sensor)
         self.width = max(1, int(np.rint(self.travel / max(hops, 1) / (time[1] - time[0]))))
         self.power = force * velocity
@@ -138,16 +132,16 @@ class Flow:
         self.peaks, self.peaks_towards, self.peaks_back = map(tops, (force, self.towards, self.back))
 
     def waves(self, smallest: float) -> Found:
-        """Return the incident wave, and those that come back from the structure."""
+        """Return the incident wave, and the waves that come back from the structure."""
         force, towards, back, there, width = self.force, self.towards, self.back, self.there, self.width
         found = Found(force, self.hops, self.travel)
         if not self.top > 0.0:
             return found
         greatest = float(towards[: there + 1].max())
         begin, end = next(pulses(towards, self.peaks_towards, FIRST_WAVE * greatest), (0, 0))
-        # It is over at the bead soon after the structure has felt it.
+        # The incident wave has passed the bead soon after it has reached the structure.
         end = min(end, there + width)
-        # Heavier beads ahead may turn back a part before all has passed: from there on the force is not its own.
+        # Heavier beads ahead may turn back a part before all has passed; the force then includes the returning part.
         own = self.peaks[self.peaks > begin]
         own = own[(force[own] >= 0.0) & (towards[own] > back[own])]
         if own.size:
@@ -157,22 +151,21 @@ class Flow:
         incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
         if not (self.pushed and self.travel > 0.0 and force[incident] >= FIRST_WAVE * self.top):
             return found._replace(samples=[incident], notes=[""]) if 0 < incident < force.size - 1 else found
-        waves, notes, cut = self.that_return(incident, (begin, end), smallest, greatest)
+        waves, notes, cut = self.returning(incident, (begin, end), smallest, greatest)
         # Nearer to the structure each incident wave meets its own reflection.
         halfway = there + self.hops * width // 2
         if len(waves) > 1 and self.hops > WAVE_LENGTH and towards[self.first : halfway].min() > TAIL * greatest:
             notes[1] = (
-                "is met by a push that goes on, of a drive, a heavy striker or a strong loss: forces add up, and AR is "
-                "no ratio of two waves; push for a shorter time or take a bead farther from the structure"
+                "is met by a push that goes on, from a drive, a heavy striker or a strong loss: forces add up, and AR "
+                "is not the ratio of two waves; push for a shorter time or take a bead farther from the structure"
             )
         return found._replace(samples=waves, notes=notes, leaves=self.leaves, cut=cut)
 
-    def that_return(
+    def returning(
         self, incident: int, window: Window, smallest: float, greatest: float
     ) -> tuple[list[int], list[str], bool]:
-        """Return the samples and notes of the incident wave and of those that come back, and whether the record ends
-        within one. incident, window, greatest: where the incident wave has its peak, begins and ends, and its power, W.
-        """
+        """Return the samples and notes of the incident wave and of the waves that come back, and whether the record
+        ends within one. incident, window, greatest: the incident wave's peak, begin and end, and greatest power, W."""
         time, force, power, towards, there = self.time, self.force, self.back, self.towards, self.there
         lasts = duration(time, self.power[: window[1] + 1])
         amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
@@ -182,7 +175,7 @@ class Flow:
         # The record may end before or soon after a peak.
         if force[-1] > force[-2] and force[-1] >= least:
             peaks = np.append(peaks, force.size - 1)
-        # The power of a wave grows as the force times the velocity, which is as F^(5/6).
+        # The power of a wave is force times velocity, and the velocity grows with F^(5/6).
         for begin, end in pulses(power, self.peaks_back, smallest ** (11.0 / 6.0) * greatest):
             if end <= incident + 2:
                 continue
@@ -198,7 +191,7 @@ class Flow:
             took = float(time[arrives] - time[there] + self.travel / self.hops)
             relative = took / (self.travel * weaker ** (-1.0 / 6.0))
             ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
-            # What follows the primary wave may have run in its wake, faster than by its own strength.
+            # Only the first wave is tested: later ones may run faster than by their own force, behind another wave.
             if len(samples) == 1 and relative < self.earliest:
                 if not ends_open and relative > (1.0 - DOUBTFUL) * self.earliest:
                     notes[0] = (
@@ -258,7 +251,7 @@ class Flow:
 
 
 def averaged(values: Vector, width: int) -> Vector:
-    """Return the means of a trace over `width` samples about each; it is zero beyond its ends."""
+    """Return the running mean of a trace over `width` samples; beyond its ends the trace counts as zero."""
     return values if width == 1 else scipy.ndimage.uniform_filter1d(values, width, mode="constant")
 
 
@@ -274,7 +267,7 @@ def tops(values: Vector) -> NDArray[np.intp]:
 
 
 def prominence(force: Vector, peak: int) -> float:
-    """Return by how much a force falls on both sides of a peak before it exceeds it. After the record it has fallen."""
+    """Return by how much a force falls on both sides of a peak before it is higher again. It falls after the record."""
     before, after = force[peak::-1], force[peak:]
     left, right = int((before > force[peak]).argmax()), int((after > force[peak]).argmax())
     lowest = (before[:left] if left else before).min()
@@ -282,7 +275,7 @@ def prominence(force: Vector, peak: int) -> float:
 
 
 def pulses(power: Vector, peaks: NDArray[np.intp], least: float) -> Iterator[Window]:
-    """Yield where the pulses of a power begin and end, those whose peak is at least `least`, down to TAIL of it."""
+    """Yield the first and last samples of the pulses of a power that reach `least`, down to TAIL of their peaks."""
     peaks, before, k = peaks[power[peaks] >= least], 0, 0
     while k < peaks.size:
         first = top = last = int(peaks[k])
@@ -303,8 +296,8 @@ def pulses(power: Vector, peaks: NDArray[np.intp], least: float) -> Iterator[Win
 
 
 def placed(time: Vector, forces: Sequence[Vector], samples: NDArray[np.intp]) -> Vector:
-    """Return the height of peaks (a force and a sample of each), and their times, s, by cubic splines through the
-    samples around each: peaks × 2; saved times are equidistant."""
+    """Return heights and times (s) of peaks, peaks × 2, by cubic splines through the samples around each. forces,
+    samples: the force and the sample of each peak. Saved times must be equidistant."""
     count, step = min(2 * NEAR + 1, time.size), time[1] - time[0]
     begins = np.clip(samples - count // 2, 0, time.size - count)
     near = np.array([force[begin : begin + count] for force, begin in zip(forces, begins, strict=True)])

@@ -5,7 +5,7 @@ from typing import NamedTuple, NoReturn
 
 from structures.checks import html_table
 
-# What reports and tables remark of such an AR.
+# The remark of reports and tables on such an AR.
 ABOVE_ONE = "above 1: the beads on the two sides of the sensor differ, or the next wave is merged with it"
 
 
@@ -34,18 +34,18 @@ class Wave:
 
 @dataclass(frozen=True, repr=False)
 class ReflectedWave(Wave):
-    """A wave that came back, compared with the incident one from peak to peak. It has what a `Wave` has, and more.
+    """A wave that came back, compared with the incident one from peak to peak.
 
     Parameters
     ----------
     amplitude, arrival
         As in `Wave`.
     amplitude_ratio : float
-        AR, its amplitude over that of the incident wave.
+        AR: its amplitude over that of the incident wave.
     time_of_flight : float
-        TOF, its arrival less that of the incident wave, s.
+        TOF: the time from the incident wave's arrival to its own, s.
     margins : (float, float), optional
-        Numerical errors of AR and of TOF, s, where the run holds them (`NumericalError.noted_in`).
+        Numerical errors of AR and of TOF, s, if the run holds them (`NumericalError.noted_in`).
     """
 
     amplitude_ratio: float
@@ -72,7 +72,7 @@ class NoWaveError(ValueError, AttributeError):
 
 @dataclass(frozen=True)
 class NoWave:
-    """The object in place of a missing wave. It is false: `if waves.secondary:` asks whether there is a wave.
+    """The object for a missing wave. It is false, so that `if waves.secondary:` asks whether there is a wave.
 
     Its amplitude, arrival, amplitude_ratio and time_of_flight raise a NoWaveError with the reason.
 

@@ -1,4 +1,4 @@
-"""Channels of files, and one function that makes each of them even and SI; several come to one time."""
+"""The channels of files: each is brought to even times and SI units, and several channels to one time."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,15 +13,15 @@ from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
-NEAR = 0.25  # Stamps of samples are whole intervals apart, up to this part of one.
-ROUNDED = 0.8  # Stamps with too few digits lie off even times by this part of their last digit.
+NEAR = 0.25  # Time stamps are whole intervals apart, up to this part of an interval.
+ROUNDED = 0.8  # Stamps with too few digits may differ from even times by this part of their last digit.
 FEW, FEW_SHARE = 20, 0.01  # So many samples, or this part of all, may be lost.
-MENTIONED = 0.02  # Part of an interval by which times may lie off even ones without a word.
+MENTIONED = 0.02  # Part of an interval by which times may differ from even ones without a note.
 SEGMENTS = "; of several segments or taps write one file for each"
 
 
 class Sampling(NamedTuple):
-    """What a user says of a file, as the arguments of `read_signal`; None: as the file says."""
+    """The arguments of `read_signal` that describe a file. None: the file itself decides."""
 
     time_column: int | None = None
     time_unit: str | None = None
@@ -32,31 +32,30 @@ class Sampling(NamedTuple):
 
 
 class Channel(NamedTuple):
-    """A column of a file: its samples, NaN where one is missing; their times, None where the file states none; of a
-    text, the line of each sample, and the words in the place of missing ones."""
+    """A column of a text, or a channel of another file."""
 
     name: str
-    values: Vector
+    values: Vector  # the samples, NaN for missing ones
     unit: Unit
-    time: Vector | None
+    time: Vector | None  # of the samples; None if the file holds no times
     time_unit: Unit = Unit()
-    lines: Any = None
-    words: tuple[str, ...] = ()
+    lines: Any = None  # the line of each sample in a text
+    words: tuple[str, ...] = ()  # the words in a text in place of missing samples
 
 
 class Recording(NamedTuple):
-    """What a file is, its channels by their numbers, and what is to be said."""
+    """The content of a file."""
 
-    kind: str
-    channels: dict[int, Channel]
-    notes: list[str]
+    kind: str  # of file, in words
+    channels: dict[int, Channel]  # by number
+    notes: list[str]  # what was left out or assumed
 
 
 def even(
     path: Path, recording: Recording, number: int, asked: Sampling, name: str
 ) -> tuple[Vector, Vector, str, list[str]]:
-    """Return the even times of a channel, s; its values, NaN where a sample is missing; their SI unit; and what is to
-    be said. name: of the sensor, in messages. A ValueError names the line."""
+    """Return the even times of a channel, s; its values, NaN for missing samples; their SI unit; and notes. name: the
+    name of the sensor in messages. A ValueError names the line."""
     if number not in recording.channels:
         held = ", ".join(f"{k} ({one.name})" for k, one in [*recording.channels.items()][:3])
         raise ValueError(f"{path}: has channels {held} …, counted from 1, and no channel {number}")
@@ -69,11 +68,11 @@ def even(
         if given is not None:
             unit = read_unit(given, kind)
             if stated.text and stated[1:] != unit[1:]:
-                said.append(f"the file gives {stated.text!r} for {what}; {given!r} is taken")
+                said.append(f"the file gives {stated.text!r} for {what}; {given!r} is used")
             return unit
         if stated.text and not stated.si:
             raise ValueError(
-                f"{path}: gives {stated.text!r} for {what}, which is no unit of {WHAT[kind]}; give {argument}="
+                f"{path}: gives {stated.text!r} for {what}, which is not a unit of {WHAT[kind]}; give {argument}="
             )
         return stated if stated.text else Unit(kind[0], kind[0])
 
@@ -105,7 +104,7 @@ def even(
         time = time + (0.0 if asked.start is None else asked.start - time[0])
         said += notes
 
-    # Samples without values at the ends are left out later, where all sensors have none.
+    # Missing samples at the ends are left out later, if all sensors lack them.
     values = np.where(rows >= 0, unit.size * channel.values[rows], np.nan)
     first, last = np.flatnonzero(np.isfinite(values))[[0, -1]]
     gaps = first + np.flatnonzero(~np.isfinite(values[first:last]))
@@ -117,8 +116,8 @@ def even(
 
 
 def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, NDArray[np.int64], list[str]]:
-    """Return the even times through stamps, s; the row of the sample at each, -1 for one that is lost; and what is to
-    be said. place: where a row stands in the file, for the ValueError of times that no sampling rate gives."""
+    """Return the even times through time stamps, s; the row of the sample at each, -1 for a lost one; and notes.
+    place: gives the place of a row in the file, for the ValueError if stamps do not fit one sampling rate."""
 
     def wrong(row: int, reason: str) -> ValueError:
         before, after = (readable(float(time[k]), "s", 9) for k in (row, row + 1))
@@ -134,7 +133,7 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, ND
     odd = (np.abs(steps - counts * usual) > NEAR * usual) | (counts < 1)
     are_few = counts.sum() - counts.size <= max(FEW, FEW_SHARE * time.size)
 
-    # Where many steps are odd, the stamps may be even times that were rounded; else samples may be lost between them.
+    # If many steps are odd, the stamps may be rounded even times; otherwise samples may be lost between them.
     is_rounded = odd.mean() >= MENTIONED or not are_few
     places = np.arange(time.size) if is_rounded else np.concatenate([[0], np.cumsum(counts)])
     even = np.linspace(time[0], time[-1], places[-1] + 1)
@@ -151,14 +150,14 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, ND
     rows = np.full(even.size, -1)
     rows[places] = np.arange(time.size)
     apart, far = (readable(float(span), "s", 4) for span in (even[1] - even[0], off.max()))
-    note = f"times lie up to {far} off even sampling, a sample every {apart}, which is taken"
+    note = f"times differ by up to {far} from even sampling, a sample every {apart}, which is used"
     return even, rows, [note] if off.max() > MENTIONED * usual else []
 
 
 def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple[Vector, dict[int, Vector], list[str]]:
-    """Return the period that all records of sensors share, their samples in it, and what is to be said.
+    """Return the times that all records of sensors share, their samples at these, and notes.
 
-    pieces: of each sensor its times, s, and its samples. what: the file or files, for messages.
+    pieces: times, s, and samples of each sensor. what: the file or files, for messages.
     """
     times = [time for time, _ in pieces.values()]
     time, step = times[0], float(times[0][1] - times[0][0])
@@ -171,7 +170,7 @@ def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple
     if time.size < FEWEST_SAMPLES:
         raise ValueError(f"{what}: hold times that do not overlap; read their sensors separately")
 
-    # Whole samples later, or between samples by straight lines.
+    # Records that are shifted by whole samples are copied, others are interpolated linearly.
     values = dict[int, Vector]()
     for sensor, (other, samples) in pieces.items():
         places = np.interp(time, other, np.arange(other.size))

@@ -16,7 +16,7 @@ from structures.structure import Vector
 from structures.units import readable
 
 HARMONICS = 5  # Mains hum is fitted with this many harmonics, the fundamental included.
-# Two standard errors of a median, in those of one sample over the root of their number: less is no offset.
+# Two standard errors of a median, in units of one sample's over the root of their number: a smaller value is zero.
 ERROR_OF_MEDIAN = 2.0 * sqrt(0.5 * pi)
 
 
@@ -32,7 +32,7 @@ def clean_signal(
     signal : Dataset
         A measured signal of `read_signal` or `as_signal`.
     mains : float, optional
-        Frequency of the mains, Hz: its hum is fitted to the quiet lead and removed, where the lead is long enough.
+        Frequency of the mains, Hz. Its hum is fitted to the quiet lead and removed, if the lead is long enough.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def clean_signal(
 
 
 def checked_signal(name: str, signal: xr.Dataset) -> xr.Dataset:
-    """Return `signal`, or raise a ValueError where it is not one measured signal."""
+    """Return `signal`, or raise a ValueError if it is not one measured signal."""
     instance(name, signal, xr.Dataset, "a signal of read_signal or as_signal")
     if kind_of(signal) != SIGNAL or set(signal.sensor_force.dims) != {"time", "sensor"}:
         raise ValueError(f"{name}: must be one measured signal, with sensor_force over time and sensor")
@@ -107,13 +107,13 @@ def checked_signal(name: str, signal: xr.Dataset) -> xr.Dataset:
 
 
 def with_noise(signal: xr.Dataset, forces: Mapping[int, Vector], noises: list[float], label: str) -> xr.Dataset:
-    """Return the signal with other forces at its sensors, N, and the variable noise, N, over sensor."""
+    """Return the signal with new forces at its sensors, N, and the variable noise, N, over sensor."""
     rows = signal.sensor_force.transpose("time", "sensor").copy(data=np.stack([*forces.values()], axis=1))
     return signal.assign(sensor_force=rows, noise=("sensor", noises, {"units": "N", "long_name": label}))
 
 
 def mains_hum(time: Vector, record: Measures, mains: float) -> tuple[Vector | None, str]:
-    """Return the offset and hum over the whole record, N, or None, and a text on it."""
+    """Return the offset and hum over the whole record, N, or None if they cannot be removed, and a text on this."""
     force, lead, step = record.filled, record.lead, float(time[1] - time[0])
     seconds = float(time[lead] - time[0])
     name, lasts = f"mains hum of {mains:g} Hz", f"{1e3 * seconds:.3g} ms"
@@ -123,7 +123,7 @@ def mains_hum(time: Vector, record: Measures, mains: float) -> tuple[Vector | No
     phases = 2.0 * pi * mains * np.outer(time - time[0], orders)
     design = np.hstack([np.ones((time.size, 1)), np.cos(phases), np.sin(phases)])
     hum = design @ np.linalg.lstsq(design[:lead], force[:lead], rcond=None)[0]
-    # How much the noise of the lead grows on the way to the record's end.
+    # The noise of the lead must not grow on the way to the end of the record.
     inverse = np.linalg.pinv(design[:lead].T @ design[:lead])
     if not orders or float(np.einsum("ij,jk,ik->i", design, inverse, design).max()) > 1.0:
         return None, f"{name} was not removed: the quiet lead, {lasts}, does not determine it"

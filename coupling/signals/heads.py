@@ -1,4 +1,4 @@
-"""The head of a text: what the lines above the samples call the columns, and in which units these are."""
+"""The head of a text: the names and units of columns in the lines above the samples."""
 
 import re
 from collections.abc import Sequence
@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 from structures.units import factor, is_unit
 
-TIME, FORCE = ("s",), ("V", "N")  # The SI units in which columns are read: of times, and of voltages or forces.
+TIME, FORCE = ("s",), ("V", "N")  # The SI units of columns: of times, and of voltages or forces.
 WHAT = {TIME: "a time, such as 's', 'ms' or 'us'", FORCE: "a voltage or a force, such as 'V', 'mV' or 'N'"}
 
 NEAREST = 3  # Lines directly above the samples that may name columns and units.
 
-# Seconds as people abbreviate and translate them; a factor beside a name or a unit, as in "t*1000 (s)".
+# Abbreviations and translations of seconds; a factor beside a name or a unit, such as "t*1000 (s)".
 SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
 MULTIPLIED = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
 BRACKETS = re.compile(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]")
@@ -20,11 +20,11 @@ NUMBER = re.compile(r"[-+.:/ ]*\d[-+\d.:/eE ]*")
 
 
 class Unit(NamedTuple):
-    """What a file states as a unit, "" for nothing; the SI unit of the same quantity, "" for none; and its size."""
+    """A unit that a file states."""
 
-    text: str = ""
-    si: str = ""
-    size: float = 1.0
+    text: str = ""  # in the words of the file; "" if it states none
+    si: str = ""  # the SI unit of the same quantity; "" if the text is not a unit
+    size: float = 1.0  # in the SI unit
 
 
 @cache
@@ -41,18 +41,18 @@ def read_unit(text: str, kind: tuple[str, ...]) -> Unit:
 
 
 class Head:
-    """The cells above the samples. width: the number of columns; first: the first lines, which may hold entries such as
-    "Vertical Units,V" beside the samples, too."""
+    """The cells above the samples. width: the number of columns. first: the first lines of the file; they may also hold
+    entries such as "Vertical Units,V" beside the samples."""
 
     def __init__(self, rows: Sequence[Sequence[str]], width: int, first: Sequence[Sequence[str]]) -> None:
-        # A row with a number is an entry, such as "Points,1000", or a date; it names no columns.
+        # A row with a number is an entry, such as "Points,1000", or a date; it does not name columns.
         near = [row for row in map(_bare, rows[-NEAREST:]) if row and not any(map(NUMBER.fullmatch, row))]
         self._names = [row for row in reversed(near) if len(row) == width]
         self._beside = [row for row in near if len(row) != width]
         self._entries = [row for row in map(_bare, first) if row and "unit" in row[0].lower()]
 
     def name(self, column: int) -> str:
-        """Return what the head calls a column, "" where it does not."""
+        """Return the name of a column in the head, "" if it has none."""
         names = [c for row in self._names if (c := row[column]) and not read_unit(c.strip("()[]"), FORCE).si]
         return re.split(r"\s*[(\[](?!\d+\])", names[0])[0] if names else ""
 
@@ -60,7 +60,7 @@ class Head:
         """Return the unit that the head states of a column."""
         units = list[Unit]()
         for row in self._names:
-            # A row may hold units and nothing else, the first one of a time: "s,V" or "second,Volt".
+            # A row may hold only units, the first of them that of a time: "s,V" or "second,Volt".
             bare = [cell.strip("()[] ") for cell in row]
             are_units = len(bare) > 1 and bool(
                 read_unit(bare[0], TIME).si and all(is_unit(SECOND.sub("s", c)) for c in bare)
@@ -72,7 +72,7 @@ class Head:
         if units:
             is_one = len({unit[1:] if unit.si else unit for unit in units}) == 1
             return units[0] if is_one else Unit(" and ".join(unit.text for unit in units))
-        # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
+        # Cells that are not above the columns cannot be attributed to them, except if they state the usual unit.
         for row in self._beside:
             units = [unit for cell in row if (unit := stated_unit(cell, kind, True)).text]
             of_others = [bool(read_unit(unit.text, FORCE if kind == TIME else TIME).si) for unit in units]
@@ -82,7 +82,7 @@ class Head:
 
 
 def _bare(row: Sequence[str]) -> list[str]:
-    """Return cells without quotes and marks of comments, those of "Units: V" parted, without empty ones at the end."""
+    """Return cells without quotes, marks of comments and empty cells at the end; "Units: V" becomes two cells."""
     first, *others = (cell.strip(' "\t') for cell in row)
     begin = [cell.strip() for cell in re.split("[:=]", first)] if "unit" in first.lower() else [first]
     cells = [begin[0].lstrip("#%/* "), *begin[1:], *others]
@@ -92,7 +92,7 @@ def _bare(row: Sequence[str]) -> list[str]:
 
 
 def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit:
-    """Return the unit in "Time (ms)", "Time in ms", "t/ms", "time_ms" or "Time ms", where is_alone also in "ms"."""
+    """Return the unit in "Time (ms)", "Time in ms", "t/ms", "time_ms" or "Time ms", with is_alone also in "ms"."""
     if MULTIPLIED.search(cell):
         return Unit(cell)
     if brackets := BRACKETS.findall(cell):

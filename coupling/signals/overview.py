@@ -1,4 +1,4 @@
-"""What a file of a recorder holds, channel by channel, before anything is fitted: sampling, range, clipping, noise."""
+"""The content of a recorder's file, channel by channel, before anything is fitted: sampling, range, clipping, noise."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -12,38 +12,37 @@ from coupling.signals.recorders import opened
 from structures.structure import Vector
 
 MAINS = (50.0, 60.0)
-CLEAR = 0.8  # A hum is one if what it leaves of the quiet lead is below this part of its standard deviation.
-SILENT = 1e-9  # Of the greatest value: what scatters less was simulated, and has no noise.
-COLOURED = 1.5  # Noise is not white if the quiet lead scatters by so much more than neighbouring samples do.
+CLEAR = 0.8  # A hum counts if, without it, the standard deviation of the quiet lead falls below this part.
+SILENT = 1e-9  # Part of the greatest value; a signal that scatters less was simulated and has no noise.
+COLOURED = 1.5  # Noise is not white if the quiet lead scatters by this factor more than neighbouring samples do.
 
 
 class Look(NamedTuple):
-    """A channel: its column, name and SI unit; its samples, and what is measured of them; how many are clipped; the
-    standard deviation of the quiet lead; how long that is, s; hum as (Hz, amplitude) or None."""
+    """A channel and its measures."""
 
     column: int
     name: str
-    unit: str
+    unit: str  # SI
     time: Vector
     values: Vector
     measures: Measures
-    clipped: int
-    noise: float
-    lead: float
-    hum: tuple[float, float] | None
+    clipped: int  # number of clipped samples
+    noise: float  # standard deviation of the quiet lead
+    lead: float  # length of the quiet lead, s
+    hum: tuple[float, float] | None  # frequency, Hz, and amplitude
 
 
 class Overview(NamedTuple):
-    """What a file is; its channels; its columns that are none, and why; and what was left out or assumed."""
+    """The content of a file."""
 
     kind: str
     looks: list[Look]
-    refused: dict[int, str]
-    notes: list[str]
+    refused: dict[int, str]  # the columns that are not channels, and why
+    notes: list[str]  # what was left out or assumed
 
 
 def overview(path: Path, asked: Sampling) -> Overview:
-    """Return what a file holds. A ValueError that names the file where it holds no channel."""
+    """Return the content of a file; raise a ValueError that names the file if it has no channel."""
     recording = opened(path, None, asked)
     looks, refused, notes = list[Look](), dict[int, str](), [*recording.notes]
     for column, channel in recording.channels.items():

@@ -1,4 +1,4 @@
-"""Files of oscilloscopes and recorders as channels: TDMS, MATLAB, HDF5, numpy and Excel by their libraries."""
+"""The channels of files of oscilloscopes and recorders: TDMS, MATLAB, HDF5, numpy and Excel, by their libraries."""
 
 import zipfile
 import zlib
@@ -20,11 +20,11 @@ from structures.structure import Vector
 MOST_CHANNELS = 256
 MOST_BYTES = 50_000_000  # of a text
 
-# What arrays of times are called, and numbers that state the interval between samples and the first time, s.
+# Names of arrays of times; names of numbers for the interval between samples, s, and for the first time, s.
 TIMES = {"t", "time", "times", "timestamp", "zeit", "x"}
 INTERVALS, STARTS = {"tinterval", "interval", "dt", "increment"}, {"tstart", "start", "t0"}
 
-# What libraries raise for damaged files.
+# The errors of libraries for damaged files.
 NOT_TO_READ = (
     *(ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, SystemError, TypeError),
     *(ValueError, zipfile.BadZipFile, zlib.error),
@@ -32,7 +32,7 @@ NOT_TO_READ = (
 
 
 def opened(path: Path, columns: Collection[int] | None, asked: Sampling) -> Recording:
-    """Return the columns of a text, all where `columns` is None, or the channels of a recorder's file, from 1 on."""
+    """Return the columns of a text (None: all), or all channels of a recorder's file, counted from 1."""
     with open(path, "rb") as file:
         head = file.read(2048)
     kinds = ((kind, reader) for at, start, kind, reader in KINDS if head[at:].startswith(start))
@@ -60,14 +60,14 @@ def opened(path: Path, columns: Collection[int] | None, asked: Sampling) -> Reco
     if isinstance(content, bytes):
         return read_text(path, content, columns, asked)
     if asked.time_column is not None:
-        raise ValueError(f"time_column = {asked.time_column}: is for text; {path} states its times, or give interval=")
+        raise ValueError(f"time_column = {asked.time_column}: is for text; {path} has times, or give interval=")
     if not content:
         raise ValueError(f"{path}: is {kind} without arrays of {FEWEST_SAMPLES} or more numbers")
     return Recording(kind, dict(enumerate(content[:MOST_CHANNELS], 1)), [])
 
 
 def archive(path: Path) -> bytes | list[Channel]:
-    """Return the arrays of `numpy.savez`, or the first sheet of Excel that holds samples, as text with tabs."""
+    """Return the arrays of `numpy.savez`; or the first sheet of Excel that holds samples, as a text with tabs."""
     import pandas as pd  # type: ignore[import-untyped]
 
     with zipfile.ZipFile(path) as file:
@@ -85,7 +85,7 @@ def archive(path: Path) -> bytes | list[Channel]:
 
 
 def tdms(path: Path) -> list[Channel]:
-    """Return the channels of LabVIEW, each from its own start on."""
+    """Return the channels of a LabVIEW file, each with its own start."""
     from nptdms import TdmsFile
 
     arrays, units, times = dict[str, Any](), dict[str, str](), dict[str, Vector]()
@@ -102,7 +102,7 @@ def tdms(path: Path) -> list[Channel]:
 
 
 def hdf5(path: Path) -> list[Channel]:
-    """Return the numbers of an HDF5 file, which is that of MATLAB 7.3, too."""
+    """Return the channels of an HDF5 file; MATLAB 7.3 also writes such files."""
     import h5py  # type: ignore[import-untyped]
 
     check_hdf5(path, str(path))
@@ -123,15 +123,15 @@ def hdf5(path: Path) -> list[Channel]:
 def of_arrays(
     arrays: Mapping[str, Any], units: Mapping[str, str] | None = None, times: Mapping[str, Vector] | None = None
 ) -> list[Channel]:
-    """Return channels of vectors, and of the columns of matrices. Each has its own time in `times`, or that of the
-    nearest folder: an array with a name of TIMES, or numbers with names of INTERVALS and STARTS."""
+    """Return the channels of vectors and of columns of matrices. A channel's time is in `times`, or else in the nearest
+    folder: an array with a name in TIMES, or numbers with names in INTERVALS and STARTS."""
     numbers: dict[str, NDArray[Any]] = {name: np.squeeze(np.asarray(array)) for name, array in arrays.items()}
     numbers = {name: array.astype(float) for name, array in numbers.items() if array.dtype.kind in "iuf"}
     stated, channels = units or {}, list[Channel]()
     keys = {name: name.rpartition("/")[2].lower().replace("_", "") for name in numbers}
 
     def near(name: str, wanted: set[str], size: int) -> str | None:
-        """Return which of some names there is with so many numbers, in the folder of a channel or above it."""
+        """Return the array of this size with a wanted name, in the nearest folder of a channel or above it."""
         folder = name.rpartition("/")[0] + "/"
         found = (n for n in numbers if keys[n] in wanted and folder.startswith(n.rpartition("/")[0]))
         return max((n for n in found if numbers[n].size == size), key=lambda n: n.count("/"), default=None)
@@ -152,7 +152,7 @@ def of_arrays(
     return channels
 
 
-# Kinds of files: with what the content begins, and at which byte.
+# Kinds of files: the byte at which the mark of the kind stands, the mark, the kind in words, and the reader.
 KINDS: tuple[tuple[int, bytes, str, Any], ...] = (
     (0, b"TDSm", "a TDMS file of LabVIEW", tdms),
     (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", lambda path: of_arrays(scipy.io.loadmat(path))),

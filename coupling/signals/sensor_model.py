@@ -26,21 +26,21 @@ from structures.structure import Vector
 class SensorModel:
     """A sensor bead: the gauge's resonance, the bandwidth of the electronics, and the loss of charge of a piezo gauge.
 
-    The three act in series: ω²/(s² + 2ζωs + ω²), 1/(1 + s/2πf) and τs/(1 + τs). The result is exact for forces that are
-    linear between samples, and starts at rest.
+    The three act in series: ω²/(s² + 2ζωs + ω²), 1/(1 + s/2πf) and τs/(1 + τs). The response is exact for forces that
+    are linear between samples, and starts at rest.
 
     Parameters
     ----------
     time_constant : float, optional
-        RC of gauge and amplifier, s: a high-pass. None: no charge is lost.
+        RC of gauge and amplifier, s; they act as a high-pass. None: no charge is lost.
     bandwidth : float, optional
-        Of the electronics, Hz, where a first-order low-pass passes 1/√2 (−3 dB). None: unlimited.
+        Frequency, Hz, at which the electronics, a first-order low-pass, pass 1/√2 (−3 dB). None: unlimited.
     stiffness : float, optional
-        Of the gauge, N/m; with `mass` it makes a resonance at √(k/m)/2π. None: the gauge is rigid.
+        Stiffness of the gauge, N/m; with `mass` it has a resonance at √(k/m)/2π. None: the gauge is rigid.
     mass : float, optional
-        That rests on the gauge, kg.
+        Mass that rests on the gauge, kg.
     damping : float
-        Of the resonance, as a part of the critical damping.
+        Damping of the resonance, as a part of the critical damping.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class SensorModel:
         if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
             raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")
 
-        # Each stage has states of the size of the force, which is zero before the first sample.
+        # The states of each stage have the unit of the force, which is zero before the first sample.
         frequencies, stages = dict[str, float](), []
         if self.stiffness is not None and self.mass is not None:
             w = float(np.sqrt(self.stiffness / self.mass))
@@ -90,24 +90,24 @@ class SensorModel:
                     f"{name} = {frequency:.4g} Hz: must be at most half the sampling rate, {nyquist:.4g} Hz; leave it "
                     "out, or sample more finely"
                 )
-        # In scipy the factor on the right comes first.
+        # In a product of scipy's systems, the right factor acts first.
         system = reduce(lambda first, then: then * first, (scipy.signal.StateSpace(*stage) for stage in stages))
         return np.asarray(scipy.signal.lsim(system, signal, moments - moments[0], interp=True)[1])
 
     def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
-        """Return what sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
+        """Return the measured signal of sensors like this one. `sensors`: by default all sensors of a signal."""
         instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
         if sensors is None and kind_of(signal) != SIGNAL:
             raise ValueError("sensors = None: must name the beads of a run that are sensors, such as [7, 13]")
         return self._each(signal, sensors, self.response, "Seen by")
 
     def correct(self, signal: xr.Dataset) -> xr.Dataset:
-        """Return a measured signal without the loss of charge; remove its offset before, which would grow with time."""
+        """Return a measured signal without the loss of charge. Remove the offset first: it would grow with time."""
         checked_signal("signal", signal)
         if self.time_constant is None:
             raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
-        # What a linear force adds to the lost part over a step, by its two ends: v[k] = z[k] − w[k],
-        # w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
+        # The seen force is v[k] = z[k] − w[k], with the lost part w[k+1] = a w[k] + first z[k] + second z[k+1] for a
+        # force z that is linear over a step, and a + first + second = 1.
         ratio = float(signal.time[1] - signal.time[0]) / self.time_constant
         mean = -np.expm1(-ratio) / ratio
         first, second = mean - np.exp(-ratio), 1.0 - mean

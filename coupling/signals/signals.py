@@ -34,14 +34,14 @@ def as_signal(
     Parameters
     ----------
     time : array_like
-        Evenly spaced times, s. Moments of datetime64 count from the first.
+        Evenly spaced times, s. Dates (datetime64) count from the first.
     forces : mapping
         Sensor number → force at the bead's centre, N. Units of a DataArray or of pint are converted.
     positions : mapping, optional
         Sensor number → distance along the chain, m; `wave_speed` needs it.
     baseline : float or "lead"
-        The zero of the force: its median over this time, s, from the start on, or over the quiet lead before the first
-        wave. 0 leaves the force as it is.
+        The zero of the force is its median over this time from the start, s, or over the quiet lead before the first
+        wave. 0 leaves the force unchanged.
 
     Returns
     -------
@@ -93,45 +93,45 @@ def read_signal(
     start: Moment | None = None,
     skip: Annotated[int, Count(0)] = 0,
 ) -> xr.Dataset:
-    """Read a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
+    """Read a measured signal from the file of an oscilloscope or recorder, for `reflections` and other measures.
 
     Parameters
     ----------
     path : path or mapping
-        The file, or sensor number → file of a recorder that writes one for each channel: a text with a line for each
-        sample, an Excel workbook, or arrays of TDMS, MATLAB, HDF5 or numpy (.npz). docs/signals.md says what is read.
+        The file; or sensor number → file, if a recorder writes a file for each channel. A file is a text with a line
+        for each sample, an Excel workbook, or arrays of TDMS, MATLAB, HDF5 or numpy (.npz); see docs/signals.md.
     sensors : mapping
-        Sensor number → column, counted from 0; of arrays the channel, counted from 1.
+        Sensor number → column of a text, counted from 0; for arrays the channel, counted from 1.
     time_column : int, optional
-        The column of the times; by default, for each sensor, the nearest one to its left that increases.
+        The column of the times; by default, for each sensor, the nearest increasing column to its left.
     time_unit, unit : str, optional
-        The units of the times and of the columns, such as "us" and "mV"; by default what the head says, else s and V.
+        The units of the times and of the columns, such as "us" and "mV"; by default those of the head, else s and V.
     calibration : float or mapping, optional
-        κ, N/V: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other way round.
+        κ, N/V: one for all sensors, or sensor number → κ; negative for a sensor whose wires are swapped.
     baseline, positions
         As in `as_signal`.
     interval : float, optional
         Time from sample to sample, s, for a file without times; times in the file are then not read.
     start : float, optional
-        Time of the first sample, s; by default as in the file, 0 without times.
+        Time of the first sample, s; by default that in the file, or 0 for a file without times.
     skip : int
-        Lines at the beginning that are not read.
+        Number of lines at the beginning that are not read.
 
     Returns
     -------
     Dataset
-        sensor_force, N, over time and sensor; NaN where a sample is missing or beyond the range. The attribute
-        ``reading`` holds what was left out or assumed, one sentence a line.
+        sensor_force, N, over time and sensor; NaN for samples that are missing or beyond the range. The attribute
+        ``reading`` says what was left out or assumed, one sentence in each line.
 
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read or is not understood. The message names the line and the way out.
+        If the file cannot be read or is not understood. The message names the line and the cure.
 
     Warns
     -----
     HertzlinkWarning
-        For all that ``reading`` holds.
+        For each sentence in ``reading``.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def read_signal(
         if text is not None and not read_unit(text, kind).si:
             raise ValueError(f"{name} = {short(text)}: must be a unit of {WHAT[kind]}")
     if interval is not None and time_column is not None:
-        raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
+        raise ValueError(f"interval = {interval!r}: is for a file without times; leave out interval or time_column")
     sampling = Sampling(time_column, time_unit, unit, interval, start, skip)
     named = dict(path) if isinstance(path, Mapping) else dict.fromkeys(column_of, path)
     if named.keys() != column_of.keys():
@@ -167,7 +167,7 @@ def read_signal(
     files = {sensor: Path(file) for sensor, file in named.items()}
     where = ", ".join(map(str, dict.fromkeys(files.values())))
 
-    # The channels of all files over one time.
+    # The channels of all files over the same times.
     pieces, units, notes = dict[int, tuple[Vector, Vector]](), dict[int, str](), list[str]()
     for file in dict.fromkeys(files.values()):
         columns = {sensor: column for sensor, column in column_of.items() if files[sensor] == file}
@@ -186,7 +186,7 @@ def read_signal(
         said.append(f"samples without values, {' and '.join(ends)}, were left out")
     notes += [f"{where}: {note}" for note in said]
 
-    # In N.
+    # Forces in N.
     for sensor, unit_read in units.items():
         factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
         if unit_read == "N":
@@ -210,7 +210,7 @@ def _dataset(
     time: Vector, forces: Mapping[int, Vector], positions: Mapping[int, float] | None, baseline: float | str,
     inputs: Mapping[str, Any], where: str = "",
 ) -> xr.Dataset:  # fmt: skip
-    """Return the Dataset of forces over even times; `where`: how messages begin."""
+    """Return the Dataset of forces over even times. where: the beginning of messages."""
     lasts, columns = float(time[-1] - time[0]), []
     is_lead = isinstance(baseline, str) and one_of("baseline", baseline, ["lead"]) == "lead"
     if not is_lead and not not_negative("baseline", baseline, "s") <= lasts:  # type: ignore[arg-type]
@@ -248,7 +248,7 @@ def _dataset(
 
 
 def _doubts(data: xr.Dataset, upright: str) -> list[str]:
-    """Return what suggests a wrong unit, or sensors that are wired the other way round; upright: what mends these."""
+    """Return signs of a wrong unit or of swapped wires. upright: the cure for swapped wires."""
     negative, step = list[int](), float(data.time[1] - data.time[0])
     with collected() as doubts:
         for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):

@@ -14,7 +14,7 @@ from structures.caution import caution
 from structures.checks import count_of, listed, whole
 from structures.structure import Vector
 
-# Incident peaks that scatter by more than this get a warning: waves of different heights differ in speed.
+# A warning appears if incident peaks scatter by more than this: waves of different heights differ in speed.
 SCATTER = 0.05
 
 
@@ -32,8 +32,8 @@ def average_taps(signals: Sequence[xr.Dataset], sensor: int | None = None) -> xr
     -------
     Dataset
         The averaged signal, with time zero at the incident peak; NaN where a tap is clipped. The variable ``noise``
-        over sensor is the standard deviation of a sample of the average, N: that between taps over √taps. The attribute
-        ``taps`` is their number.
+        over sensor is the standard deviation of a sample of the average, N: that between taps, over √taps. The
+        attribute ``taps`` is the number of taps.
 
     Warns
     -----
@@ -68,21 +68,21 @@ def average_taps(signals: Sequence[xr.Dataset], sensor: int | None = None) -> xr
         peaks.append(waves[0])
     heights, arrivals = np.array(peaks).T
 
-    # Whole steps inside all taps; rounding may not lead outside one.
+    # Whole steps that lie inside all taps, despite rounding.
     times = [tap.time.values - at for tap, at in zip(taps, arrivals, strict=True)]
     first, last = max(float(time[0]) for time in times), min(float(time[-1]) for time in times)
     time = step * np.arange(np.ceil(first / step + 1e-6), np.floor(last / step - 1e-6) + 1)
     means, noises = dict[int, Vector](), list[float]()
     for number in numbers:
         samples = [np.asarray(tap.sensor_force.sel(sensor=number).values) for tap in taps]
-        # NaN next to samples that are NaN.
+        # Interpolation gives NaN next to samples that are NaN.
         rows = np.stack([np.interp(time, own, force) for own, force in zip(times, samples, strict=True)])
         means[number] = rows.mean(axis=0)
         complete = rows[:, np.isfinite(means[number])]
         if not complete.size:
             raise ValueError(f"signals: sensor {number} has no samples that are not clipped in any tap")
         scatter = float(np.sqrt(complete.var(axis=0, ddof=1).mean()))
-        # Rounding that no noise dithers does not average away.
+        # Averaging does not reduce rounding errors if the noise is smaller than a step of the digitiser.
         digit = resolution(samples[0][np.isfinite(samples[0])])
         least = digit / np.sqrt(12.0) if scatter < 0.5 * digit else 0.0
         noises.append(float(max(scatter / np.sqrt(len(taps)), least)))

@@ -1,4 +1,4 @@
-"""The text of an oscilloscope as columns of numbers, by pandas: encoding, delimiter, decimal mark, head, samples."""
+"""The reader of texts with columns of numbers, by pandas: encoding, delimiter, decimal mark, head, samples."""
 
 import re
 import warnings
@@ -18,19 +18,19 @@ from structures.checks import count_of
 DELIMITERS = (";", "\t", "|", ",", r"\s+")
 MOST_COLUMNS = 256
 HUGE = 1e30  # Scopes print 9.9E+37 and the like for a sample beyond their range.
-TRIED = 200  # Lines in the middle of a file from which the delimiter and the decimal mark are found.
-HEAD = 60  # Lines at the beginning in which a unit may be stated.
-WINDOW = 40  # Lines at three places in which a column of times increases.
+TRIED = 200  # Number of lines in the middle of a file that show the delimiter and the decimal mark.
+HEAD = 60  # Number of lines at the beginning in which a unit may be stated.
+WINDOW = 40  # Number of lines, at each of three places, in which a column of times increases.
 SHOWN = 80  # Characters of a line in a message.
 
-# Signs and blanks of typeset numbers, and marks of the end of a file.
+# Signs and blanks of typeset numbers, and marks at the end of a file.
 TYPESET = str.maketrans({**dict.fromkeys("−–‐‑﹣－", "-"), **dict.fromkeys("\xa0\u202f", " "), "\0": "", "\x1a": ""})
 CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 
 
 def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked: Sampling) -> Recording:
-    """Return columns of a text, by default all that hold no times. A ValueError names the line and the way out."""
-    # UTF-16 with a byte order mark, UTF-8, or else the code page of Western Windows.
+    """Return columns of a text (None: all except times). A ValueError names the line and the cure."""
+    # The text is in UTF-16 with a byte order mark, in UTF-8, or else in the code page of Western Windows.
     try:
         is_utf_16 = content[:2] in (b"\xff\xfe", b"\xfe\xff")
         text = content.decode("utf-16", errors="replace") if is_utf_16 else content.decode("utf-8-sig")
@@ -43,9 +43,9 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     if len(lines) < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(len(lines), 'line')}, must hold {FEWEST_SAMPLES} samples or more")
     if text[-1:] != "\n" and len(lines.iloc[-1]) < lines.iloc[-20:-1].str.len().min():
-        notes.append(f"the last line, {lines.iloc[-1][:SHOWN]!r}, is cut off, and was left out")
+        notes.append(f"the last line, {lines.iloc[-1][:SHOWN]!r}, is cut off and was left out")
         lines = lines.iloc[:-1]
-    # Without quotes that are not closed, which would swallow the lines that follow.
+    # An open quote would swallow the lines that follow, so it is removed.
     lines = lines.where(lines.str.count('"') % 2 == 0, lines.str.replace('"', ""))
 
     # The numbers in all columns, NaN for words.
@@ -65,7 +65,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
         if numbers[column].isna().mean() > 0.5 and table[column].str.contains(CLOCK).mean() > 0.5:
             numbers[column] = clock(table[column])
 
-    # Which columns hold times: of each sensor the nearest one to its left that increases.
+    # The column of times for a sensor is the nearest increasing one to its left.
     rising = given or [column for column in numbers if asked.interval is None and rises(numbers[column])]
     chosen = [column for column in numbers if column not in rising] if columns is None else sorted(columns)
     falls = not rising and asked.interval is None and [column for column in numbers if rises(-numbers[column])]
@@ -81,10 +81,10 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     samples, left_out = samples_in(path, lines, table, numbers, timed_by, chosen)
     notes += left_out
 
-    # What the lines above the samples say, and the samples.
+    # The lines above the samples, and the samples.
     rows = cells.to_numpy().tolist()
     if delimiter == r"\s+":
-        # Blanks do not part a name from its unit in brackets.
+        # Blanks do not separate a name from its unit in brackets.
         rows = [re.sub(r"\s+(?=[(\[/])|(?<=/)\s+|^\s*[#%]+\s*", "", line).split() for line in lines]
     above = rows[: lines.index.get_loc(samples[0])]
     head = Head(above, width, rows[:HEAD])
@@ -98,7 +98,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
         if (timer := time_of[column]) is not None:
             time, first = numbers[timer].to_numpy(), table[timer].iloc[0]
             unit = Unit("s", "s") if first.count(":") > 1 else head.unit(timer, TIME)
-            # Seconds since 1970 leave no digits for the even times between them.
+            # Seconds since 1970 have too few digits left for the steps between them.
             if np.spacing(np.abs(time).max()) > 1e-3 * np.median(np.abs(np.diff(time))) > 0.0:
                 time = time - time[0]
                 if (note := f"times count from the first sample, {first}") not in notes:
@@ -109,8 +109,8 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
 
 
 def form_of(path: Path, lines: pd.Series, wanted: Sequence[int]) -> tuple[str, str]:
-    """Return the delimiter and the decimal mark with which lines in the middle hold most numbers, also in all columns
-    that are wanted."""
+    """Return the delimiter and the decimal mark that give most numbers in lines of the middle, with numbers in all
+    wanted columns."""
     middle = lines.iloc[len(lines) // 2 :][:TRIED]
     best, form = 0.0, (",", ".")
     for delimiter in DELIMITERS:
@@ -120,7 +120,7 @@ def form_of(path: Path, lines: pd.Series, wanted: Sequence[int]) -> tuple[str, s
         filled = (cells != "").sum(axis=1).clip(lower=1)
         for decimal in ".,":
             are_numbers = cells.apply(numbers_in, decimal=decimal).notna()
-            # The part of cells that are numbers, of lines with a number in one of the wanted columns.
+            # The part of the cells that are numbers, weighted by the part of the wanted columns that are.
             held = are_numbers[wanted].mean(axis=1) if wanted else are_numbers.any(axis=1)
             score = float((held * are_numbers.sum(axis=1) / filled).mean())
             if score > 1.01 * best:
@@ -129,7 +129,7 @@ def form_of(path: Path, lines: pd.Series, wanted: Sequence[int]) -> tuple[str, s
 
 
 def split(path: Path, lines: pd.Series, delimiter: str) -> pd.DataFrame:
-    """Return the cells of lines as text without blanks around it, "" where a line is short."""
+    """Return the cells of lines as text without blanks around it, "" beyond the end of a short line."""
     counts = lines.str.split().str.len() if delimiter == r"\s+" else 1 + lines.str.count(re.escape(delimiter))
     if (width := int(counts.max())) > MOST_COLUMNS:
         raise ValueError(f"{path}: has a line of {width} columns, must have at most {MOST_COLUMNS}")
@@ -143,7 +143,7 @@ def split(path: Path, lines: pd.Series, delimiter: str) -> pd.DataFrame:
 
 
 def numbers_in(cells: pd.Series, decimal: str) -> pd.Series:
-    """Return the numbers in cells, NaN for words and for marks of a sample beyond the range."""
+    """Return the numbers in cells, NaN for words and for marks of samples beyond the range."""
     values = pd.to_numeric(cells.str.replace(decimal, ".", regex=False), errors="coerce").astype(float)
     return values.where(values.abs() < HUGE)
 
@@ -151,8 +151,8 @@ def numbers_in(cells: pd.Series, decimal: str) -> pd.Series:
 def samples_in(
     path: Path, lines: pd.Series, cells: pd.DataFrame, numbers: pd.DataFrame, timed_by: list[int], chosen: list[int]
 ) -> tuple[pd.Index, list[str]]:
-    """Return the lines that are samples, and what was left out: a sample has a number in each column of times; without
-    such columns each line is one, though a number is missing. A ValueError where much is left out."""
+    """Return the lines that are samples, and a note on lines that were left out; a ValueError if these are many. A
+    sample has a number in each column of times; without such columns it is any line, even if a number is missing."""
     begins = is_sample = numbers[timed_by].notna().all(axis=1).to_numpy()
     if not timed_by:
         is_sample = numbers[chosen].notna().any(axis=1).to_numpy()
@@ -177,16 +177,16 @@ def samples_in(
         )
     if len(samples) < FEWEST_SAMPLES:
         raise ValueError(f"{path}: holds {count_of(len(samples), 'sample')}, must hold {FEWEST_SAMPLES} or more")
-    left_out = count_of(len(lost), "line that is no sample was left out", "lines that are no samples were left out")
+    left_out = count_of(len(lost), "line that is not a sample was left out", "lines that are not samples were left out")
     named = ", ".join(f"line {number} {line[:SHOWN]!r}" for number, line in lost[:3].items())
     return samples, [f"{left_out}: {named}"] if len(lost) else []
 
 
 def check_marks(path: Path, cells: pd.DataFrame, sep: str, decimal: str, above: list[list[str]], width: int) -> None:
-    """Raise a ValueError where a mark may stand before decimals or between thousands, or commas cut numbers in two."""
+    """Raise a ValueError if a mark may be a decimal mark or stand between thousands, or if commas split numbers."""
     for (_, column), mark in product(cells.items(), ",."):
         marked = column[column.str.fullmatch(rf"[-+]?[\d.,]*\d\{mark}\d[\d.,]*")]
-        # Between thousands there are three digits, in all cells of a column that have the mark, but some have none.
+        # A mark between thousands has three digits behind it in all cells with the mark; some cells may not have one.
         is_unclear = len(marked) < len(column) or sep == mark
         thousands = marked.str.fullmatch(rf"[-+]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+([.,]\d*)?")
         if len(marked) and (mark != decimal or (is_unclear and thousands.all())):
@@ -195,19 +195,19 @@ def check_marks(path: Path, cells: pd.DataFrame, sep: str, decimal: str, above: 
                 f"{path}: {one!r} may be {one.replace(mark, '.')} or {one.replace(mark, '')}{beside}; export the trace "
                 "with one decimal mark, and without marks between thousands"
             )
-    # Twice as many columns as names, or cells of decimals alone.
+    # Signs of split numbers: twice as many columns as names, or cells that hold only decimals.
     named = [list(filter(None, row)) for row in above]
     named = [row for row in named if len(row) > 1 and not any(map(str.isdigit, row))][-1:]
     are_decimals = any(cells[column].str.fullmatch(r"0\d+").any() for column in cells)
     if sep == "," and width % 2 == 0 and (are_decimals or any(2 * len(row) == width for row in named)):
         raise ValueError(
-            f"{path}: commas part columns and decimals alike, as it seems: {width} columns; export the trace with "
+            f"{path}: commas seem to separate both columns and decimals: {width} columns; export the trace with "
             "decimal points, or with semicolons between columns"
         )
 
 
 def rises(values: pd.Series) -> bool:
-    """Return whether numbers increase evenly from line to line, perhaps rounded, at two of three places or more."""
+    """Return whether numbers increase evenly from line to line, perhaps rounded, at two or more of three places."""
     count = 0
     for place in np.linspace(0, max(0, values.size - WINDOW), 5)[1:-1].astype(int):
         near = values.iloc[place : place + WINDOW].dropna().to_numpy()
@@ -218,11 +218,11 @@ def rises(values: pd.Series) -> bool:
 
 
 def clock(cells: pd.Series) -> pd.Series:
-    """Return times of day, such as "10:23:11.000005" or a date with it, s after the first; NaN for other text."""
+    """Return times of day, such as "10:23:11.000005", perhaps with a date, as s after the first; NaN for other text."""
     bare = cells.str.replace(",", ".", regex=False)
     day = "1 January 2000 " if bare.str.match(CLOCK.pattern + r"(\.\d+)?( [AP]M)?$").mean() > 0.5 else ""
     middle = day + bare.iloc[len(bare) // 2]
-    with warnings.catch_warnings():  # pandas warns of 11/28/2026
+    with warnings.catch_warnings():  # pandas warns of dates such as 11/28/2026
         warnings.simplefilter("ignore")
         form = pd.tseries.api.guess_datetime_format(middle, dayfirst=not re.match(r"\d{4}", middle))
     moments = pd.to_datetime(day + bare, format=form or "mixed", dayfirst=not form, errors="coerce", utc=True)

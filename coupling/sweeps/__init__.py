@@ -1,1 +1,1 @@
-"""Many runs: axes, processes, clusters, stores, batches."""
+"""Many runs: sweeps over axes, in processes or on clusters, with stores; batches; searches for critical distances."""

@@ -1,4 +1,4 @@
-"""Thousands of runs in memory, in threads: of chains that face nothing or linear structures."""
+"""Thousands of runs in memory, in threads, of chains that face linear structures or nothing."""
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -26,10 +26,10 @@ Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 Columns: TypeAlias = dict[str, list[Any]]
 
 FRAMES_PER_CONTACT = 32
-"""Saved times in the shortest contact, or more: half an interval off its peak, a half-sine is lower by 0.1 %."""
+"""Least number of saved times in the shortest contact: half an interval from its peak a half-sine is lower by 0.1 %."""
 
 LARGEST_RESULT = 2e8
-"""Upper limit for runs × saved times × contacts and beads: 1.6 GB."""
+"""Largest number of runs × saved times × contacts and beads: 1.6 GB."""
 
 LARGEST_MEASURED = 2e7
 """The same for the runs that are measured together: 160 MB."""
@@ -45,14 +45,14 @@ def batch(
     measure: Measure | None = None,
     **parameters: Any,
 ) -> xr.Dataset:
-    """Run chains of equally many beads in threads, and keep the forces at the sensors, or measures of them.
+    """Run chains with the same number of beads in threads, and keep the forces at the sensors, or measures of them.
 
     The result of a run depends neither on the other runs nor on the number of threads.
 
     Parameters
     ----------
     build : callable
-        Returns the CoSimulation of a run from its parameters; called for each run, in any thread.
+        Returns the CoSimulation of a run from its parameters; it is called for each run, in any thread.
     until : float
         Length of each record, s.
     save_every : float, optional
@@ -63,17 +63,17 @@ def batch(
     threads : int, optional
         Number of threads; by default one for each core.
     measure : callable, optional
-        Takes the Dataset of some hundred runs and returns what to keep over the dimension "run", such as
-        ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only these runs are in memory at a time.
+        Takes the Dataset of some hundred runs and returns what to keep, over the dimension "run", such as
+        ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Only these runs are then in memory at a time.
     **parameters : array_like
         The arguments of build, each one value for all runs or a list with a value for each run.
 
     Returns
     -------
     xarray.Dataset
-        Contact forces (N) and velocities (m/s) as of a run, with a first dimension "run" that has the parameters as
-        coordinates; or what `measure` keeps. A run that fails is NaN, and the variable `error` holds the reason. The
-        attribute `warnings` holds the first finding of each kind.
+        Contact forces (N) and velocities (m/s) like those of a run, with a first dimension "run" that has the
+        parameters as coordinates; or what `measure` keeps. A failed run is NaN, and the variable `error` holds the
+        reason. The attribute `warnings` holds the first finding of each kind.
 
     Raises
     ------
@@ -84,8 +84,8 @@ def batch(
 
     Notes
     -----
-    Every run has the windows and steps of its own contacts. Give the CoSimulation of a family a `window` and `dt`, and
-    their results change smoothly with the parameters.
+    Every run has windows and steps that suit its own contacts. If all runs should change smoothly with the parameters,
+    give the CoSimulations the same `window` and `dt`.
 
     Examples
     --------
@@ -105,13 +105,13 @@ def batch(
     try:
         with collected() as said:
             known = _first_and_ends(build, columns)
-    finally:  # an error often follows from what they say, such as a length in mm
+    finally:  # also before an error, which often follows from a finding, such as a length in mm
         said = one_of_each(said)
         warn(said)
     first = next(iter(known.values()))
     beads, count = len(first.chain.chain.beads), len(next(iter(columns.values())))
     kept = kept_at(sensors, beads)
-    if save_every is None:  # whole windows of the run with the shortest contact
+    if save_every is None:  # a number of whole windows of the run with the shortest contact
         shortest = min(known.values(), key=lambda simulation: simulation.interface.contact_time)
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
         save_every = min(until, wanted, max(1, int(wanted / window)) * window)
@@ -158,12 +158,12 @@ def _rows(until: float, interval: float) -> int:
 
 
 def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> Columns:
-    """Return a value of each parameter for each run, or raise a ValueError that names the parameter."""
+    """Return the values of each parameter, one for each run, or raise a ValueError that names the parameter."""
     if not parameters:
         raise ValueError("parameters: name at least one argument of build, such as impact_speed=[0.1, 0.2]")
     check_build(build, parameters, names="parameters")
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
-        raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
+        raise ValueError(f"{used[0]}: is a name that every run uses; rename this argument of build")
     columns: Columns = {}
     for name, given in parameters.items():
         values = given.tolist() if isinstance(given, np.ndarray | xr.DataArray) else given
@@ -177,13 +177,13 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> Column
 
 
 def _made(build: Callable[..., CoSimulation], columns: Columns, i: int, beads: int) -> CoSimulation:
-    """Return a run, or raise a ValueError for one that a batch does not do. beads: in each chain, 0 if not known."""
+    """Return the CoSimulation of a run; a ValueError if a batch cannot run it. beads: of a chain, 0 if unknown."""
     built = build(**{name: values[i] for name, values in columns.items()})
     instance("build(...)", built, CoSimulation, "a CoSimulation")
     if len(built.interface.chains) > 1:
         raise ValueError("build(...): is a CoSimulation of several chains; use sweep")
     if beads and len(built.chain.chain.beads) != beads:
-        raise ValueError(f"build(...): has another number of beads than the {beads} of the first run")
+        raise ValueError(f"build(...): has another number of beads than the first run, which has {beads}")
     return built
 
 
@@ -207,22 +207,22 @@ def _first_and_ends(build: Callable[..., CoSimulation], columns: Columns) -> dic
 
 
 def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
-    """Return the plan of a run, with all checks of its times."""
+    """Return the plan of a run, or raise a ValueError if its times do not fit, or the compiled loop cannot run it."""
     plan = simulation.plan(until, interval)
     if not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
-            f"build(...) = {simulation!r}: cannot run in the compiled loop; a batch needs Condensed(), and "
-            "linear structures that are small; use reduce, or sweep"
+            f"build(...) = {simulation!r}: cannot run in the compiled loop; a batch needs Condensed() and small linear "
+            "structures; use reduce, or sweep"
         )
     return plan
 
 
 class Records:
-    """Runs that are in memory together: contact forces, N, and velocities, m/s, runs × times × contacts or bodies, NaN
-    of a run that fails; static forces, N, centres, m, and impact energies, J.
+    """Runs that are in memory together: contact forces, N, and velocities, m/s, over runs × times × contacts or bodies,
+    NaN for a failed run; static forces, N, centres, m, and impact energies, J.
 
-    known: runs that are built already, by their numbers; before: findings that the user knows already. failures: why
-    runs failed, None where they did not.
+    known: runs that have been built, by their numbers. before: findings that the user has seen. failures: why a run
+    failed, None if it did not.
     """
 
     def __init__(
@@ -242,11 +242,11 @@ class Records:
 
     @property
     def findings(self) -> list[list[str]]:
-        """Those of each run."""
+        """The findings of each run."""
         return [[*dict.fromkeys(checks + said)] for checks, said in zip(self._checks, self._said, strict=True)]
 
     def fill(self, threads: int) -> None:
-        """Run all; after an error that is not of a run the rest is not run."""
+        """Run all. An error that does not concern one run alone ends this."""
         numbers, together = range(self.count), max(1, min(16, self.count // (4 * threads)))
         if threads == 1:
             for i in numbers:
@@ -255,7 +255,7 @@ class Records:
             joblib.Parallel(threads, require="sharedmem", batch_size=together)(map(joblib.delayed(self._run), numbers))
 
     def _run(self, i: int) -> None:
-        """Build a run, run it, check it, and fill its rows; keep what is said of it, and an error by which it fails."""
+        """Build a run, run it, check it, and fill its rows; keep its warnings, and the error if it fails."""
         with collected() as messages:
             try:
                 built = self.known.get(i) or _made(self.build, self.columns, i, self.beads)
@@ -266,7 +266,7 @@ class Records:
                 self._checks[i] += [line for line in findings if line not in self.before]
                 frames = Frames(interface, plan.rows, self.kept)
                 fill(frames, interface, simulation.scheme, simulation.window, plan)
-                with collected():  # what it returns
+                with collected():  # the checks also return their warnings
                     self._checks[i] += checked(interface, frames, self.interval)
                 (contacts, bodies), chain, saved = self.kept, interface.chains[0], frames.chains[0]
                 self.yields = self.yields or bool(chain.yielding)
@@ -294,7 +294,7 @@ class Records:
 
 
 def as_measures(values: Any, count: int, taken: Container[Any] = ()) -> xr.Dataset:
-    """Return what a measure gave for some runs as a Dataset; an array without a name, or with one that is taken, is
+    """Return the values of a measure for some runs as a Dataset. An array without a name, or with a name in `taken`, is
     called "measure"."""
     if isinstance(values, xr.DataArray):
         values = values.to_dataset(name="measure" if not values.name or values.name in taken else values.name)

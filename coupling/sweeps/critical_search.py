@@ -1,4 +1,4 @@
-"""The critical distance of a builder's runs: a scan over distances, then refinement of the last crossing."""
+"""The search for a critical distance: a scan over distances, then refinement of the last crossing."""
 
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise, product
@@ -22,16 +22,16 @@ from structures.structure import Vector
 from structures.units import readable
 
 DEFAULT_BRACKET = 0.2e-3
-"""m. Between samples this close, linear interpolation of AR is far more accurate than any measured distance."""
+"""m. Between samples so close, linear interpolation of AR is far more accurate than any measured distance."""
 
 SHORTEST_BRACKET = 1e-6
 """m. A mesh that moves with the contact makes AR scatter by about 1e-5, which corresponds to a few µm of distance."""
 
 NEARLY = 0.7
-"""Part of the tolerance that a turn of AR between samples must reach, by a spline, to be sampled."""
+"""A turn of a spline between samples of AR is sampled if it reaches this part of the tolerance."""
 
 Curve = dict[float, xr.Dataset]
-"""What is kept of the runs of one curve, by their distances, m."""
+"""The measures of one curve, by the distances of the runs, m."""
 
 
 def critical_distance_search(
@@ -47,13 +47,13 @@ def critical_distance_search(
     """Find the distance beyond which AR stays within a tolerance of its far value, by refinement.
 
     Runs `build(distance=…)` at all distances of the scan. Then it adds distances around the last crossing of far value
-    ± tolerance, until the bracket of the crossing is short enough, and where AR may leave the tolerance again between
-    two samples beyond it. The far value is AR at the largest distance.
+    ± tolerance, until the bracket of the crossing is short enough. It also adds distances beyond the crossing at which
+    AR may leave the tolerance again between two samples. The far value is AR at the largest distance.
 
     Parameters
     ----------
     build : callable
-        Returns the CoSimulation for a distance (m) and for one value of each of the axes, by their names.
+        Returns the CoSimulation for a distance (m) and one value of each axis, by their names.
     until : float
         Length of the record, s. It must contain the wave that returns at the largest distance.
     sensor : int
@@ -70,8 +70,8 @@ def critical_distance_search(
         Number of processes; by default one for each core.
     **axes : sequence
         Further arguments of build, such as diameter=[4.76e-3, 9.53e-3]: one curve for each combination. Curves that
-        share all but the last axis run in one process at the same distance, one after the other, so that build may keep
-        the reduced structure for the next bead (`functools.lru_cache`).
+        differ only in the last axis run at the same distance in one process, one after the other, so that build may
+        keep the reduced structure for the next bead (`functools.lru_cache`).
 
     Returns
     -------
@@ -132,7 +132,7 @@ def critical_distance_search(
     said = dict[str, list[str]]()
     wanted = {(i, distance) for i in range(len(curves)) for distance in scan}
     while wanted:
-        # Curves that share the distance and all but the last axis run in one process.
+        # Curves that differ only in the last axis run at the same distance in one process.
         places = sorted(wanted, key=lambda place: (place[0] // together, place[1], place[0]))
         at = [{**points[i], "distance": distance} for i, distance in places]
         runs = run_points(task, at, jobs, together, "critical distance")
@@ -167,12 +167,12 @@ class _Search:
         return last_crossing(*as_arrays(self.curve), self.tolerance)
 
     def next(self) -> list[float]:
-        """Return the distances, m, that it needs next.
+        """Return the distances, m, that the search needs next.
 
-        The midpoint of the bracket where that is enough, or the last step was slow; else two samples close to the
-        crossing of a cubic spline through three neighbours on each side, or one if the other lies outside the bracket.
-        At the end, the places beyond it where a spline through all samples turns near the edge of the band, or out of
-        it: AR may leave the band between two samples.
+        This is the midpoint of the bracket if it suffices, or if the last step was slow. Otherwise these are two places
+        close to the crossing of a cubic spline through three neighbours on each side, if they lie in the bracket. At
+        the end, these are places beyond the bracket at which a spline through all samples turns near the edge of the
+        band or outside it: AR may leave the band between two samples.
         """
         _, low, high = self.crossing()
         distances, ratios = as_arrays(self.curve)
@@ -195,13 +195,13 @@ class _Search:
         near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
         spline = CubicSpline(x[near], y[near])
         crossing = brentq(lambda d: spline(d) - level, low, high)
-        # The crossing is then nearly midway between two samples that are a little closer than the bracket is long.
+        # The crossing is then nearly midway between two samples whose distance is a little less than the bracket.
         reach = 0.45 * self.bracket
         return [round(place, 9) for place in (crossing - reach, crossing + reach) if low < place < high]
 
 
 def as_arrays(curve: Curve) -> tuple[Vector, Vector]:
-    """Return the distances, m, in their order, and AR there."""
+    """Return the distances of a curve, m, in rising order, and AR there."""
     distances = sorted(curve)
     return np.array(distances), np.array([curve[distance].amplitude_ratio.item() for distance in distances])
 

@@ -1,4 +1,4 @@
-"""The runs of many points: in this process, in several, or on the cluster that joblib is configured for."""
+"""The runs of many points: in this process, in several processes, or on the cluster that joblib is configured for."""
 
 import os
 import threading
@@ -23,14 +23,14 @@ from structures.kernels import compiling
 from structures.units import readable
 
 POINT_ERRORS = (ArithmeticError, LookupError, RuntimeError, ValueError)
-"""Errors by which a point fails alone: its values, its numbers, its convergence. All others, such as a full disk, a
-missing package or a call with wrong arguments, concern every point."""
+"""Errors that concern one point alone: its values, its numbers or its convergence. All other errors, such as a full
+disk, a missing package or a call with wrong arguments, concern every point."""
 
 Outcome = xr.Dataset | Failure
 
 
 class Stopped(KeyboardInterrupt, SystemExit):
-    """Ctrl-C in a sweep that keeps its points. A script that does not catch it ends with its message, on one line."""
+    """Ctrl-C in a sweep with a store. A script that does not catch it ends with its message, on one line."""
 
     def __init__(self, message: str) -> None:
         super().__init__(message)
@@ -48,7 +48,7 @@ class Task:
     sources: str = field(default_factory=own_sources)
 
     def run(self, point: Point) -> xr.Dataset:
-        """Return the kept part of the point's run, with all warnings in its attributes; errors name the point."""
+        """Return what is kept of a point's run, with all warnings in its attributes. Errors name the point."""
         with collected() as messages:
             try:
                 simulation = self.build(**point)
@@ -65,14 +65,14 @@ class Task:
         return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def attempt(self, point: Point) -> Outcome:
-        """Run a point; an error of the point itself is returned."""
+        """Return the result of a point, or a Failure for an error that concerns this point alone."""
         try:
             return self.run(point)
         except POINT_ERRORS as error:
             return Failure(type(error).__name__, str(error))
 
     def outcome(self, point: Point) -> Outcome:
-        """Run a point; with a store, write its outcome, which may be an error."""
+        """Return the result of a point; with a store, write the outcome, which may be a Failure."""
         if self.store is None:
             return self.run(point)
         outcome = self.attempt(point)
@@ -84,7 +84,7 @@ class Task:
         return outcome
 
     def outcomes(self, points: Sequence[Point]) -> list[Outcome]:
-        """Run points one after the other, in whichever process this is."""
+        """Return the outcomes of points, which run one after the other in this process."""
         if self.sources != own_sources():
             raise RuntimeError("cluster: a worker has other sources of hertzlink; install the same on all machines")
         return [self.outcome(point) for point in points]
@@ -95,8 +95,8 @@ def run_points(
 ) -> list[Outcome]:
     """Return the outcomes of points in their order.
 
-    jobs: the number of processes; by default one for each core, or what `joblib.parallel_config` says. together: how
-    many neighbours run in one process, one after the other. Raises RuntimeError if a process dies.
+    jobs: the number of processes; by default one for each core, or as `joblib.parallel_config` says. together: the
+    number of neighbouring points that run in one process, one after the other. Raises RuntimeError if a process dies.
     """
     groups = [points[begin : begin + together] for begin in range(0, len(points), together)]
     ends: Iterable[list[Outcome]] = map(task.outcomes, groups)
@@ -121,9 +121,8 @@ def run_points(
 
 
 def _begin(owner: int) -> None:
-    """End this process soon after the one that started it was killed: joblib's would wait for work for ever. That
-    kernels are compiled the owner has said."""
-    compiling.EMPTY = False
+    """Prepare a process of a sweep: it ends soon after its owner was killed, as joblib would wait for work for ever."""
+    compiling.EMPTY = False  # the owner has announced the compilation of kernels
 
     def watch() -> None:
         while os.getppid() == owner:
@@ -135,7 +134,7 @@ def _begin(owner: int) -> None:
 
 
 def progress(total: int, label: str, unit: str = "point") -> Any:
-    """Return tqdm's bar, which a terminal or a notebook shows while it lasts."""
+    """Return a progress bar of tqdm, which terminals and notebooks show until it is closed."""
     return tqdm(total=total, desc=label, unit=unit, leave=False, disable=None, dynamic_ncols=True)
 
 

@@ -1,7 +1,7 @@
 """A folder that keeps each finished point of a sweep in a netCDF file, so that a sweep can be stopped and continued.
 
-The name of a file is a checksum of all that determines its numbers: the point, the record's length, the source code of
-the builder and of what it calls, the data that these use from outside, and hertzlink's own sources.
+The name of a file is a checksum of all that determines its numbers: the point, the length of the record, the source
+code of the builder and of the functions that it calls, the data that these use from outside, and hertzlink's sources.
 """
 
 import ast
@@ -31,7 +31,7 @@ from structures.checks import short
 Point = Mapping[str, Any]
 
 CODE = FunctionType, type, ModuleType
-"""What is followed once; data may be equal in several places."""
+"""Objects that are followed only once. Data may be equal at several places and are followed at each."""
 
 ERROR_VARIABLE = "error"
 """Variable of a sweep that reports which points failed."""
@@ -51,8 +51,8 @@ class Failure:
 class Store:
     """The finished points of the sweeps of one builder in a folder, which is made if its parent exists.
 
-    Sweeps may share a folder, also at the same time: a file appears complete or not at all. inputs: what determines the
-    numbers beside a point, which are the builder, the length of the record and the measure.
+    Sweeps may share a folder, even at the same time, because a file appears complete or not at all. inputs: what
+    determines the numbers besides the point: the builder, the length of the record and the measure.
     """
 
     def __init__(self, folder: str | os.PathLike[str], *inputs: Any) -> None:
@@ -71,7 +71,7 @@ class Store:
         return self.folder / f"{sha256(text.encode()).hexdigest()[:32]}.nc"
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
-        """Return the outcome of a point, None if it has not been run; a ValueError names a file that cannot be read."""
+        """Return the outcome of a point, None if it has not been run; raise a ValueError for an unreadable file."""
         path = self.path(point)
         try:
             with path.open("rb"):
@@ -79,14 +79,14 @@ class Store:
         except FileNotFoundError:
             return None
         except (OSError, ValueError, LookupError) as error:
-            if reason := getattr(error, "strerror", None):  # of the system, not of what the file holds
+            if reason := getattr(error, "strerror", None):  # an error of the system, not of the content
                 raise ValueError(f"store: {path} cannot be read ({reason})") from error
-            raise ValueError(f"store: {path} is damaged ({error}); delete it, and its point is run again") from error
+            raise ValueError(f"store: {path} is damaged ({error}); delete it, so that its point runs again") from error
         failure = data.attrs.pop("failure", None)
         return Failure(*failure) if failure is not None else data
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> None:
-        """Write the outcome of a point; a ValueError says why a netCDF file cannot hold it."""
+        """Write the outcome of a point; raise a ValueError if a netCDF file cannot hold it."""
         data: xr.Dataset | Failure = outcome
         if isinstance(data, Failure):
             data = xr.Dataset(attrs={"failure": [data.kind, data.message]})
@@ -103,7 +103,7 @@ class Store:
 
 @cache
 def own_sources() -> str:
-    """Return a checksum of hertzlink's sources: results of other sources do not mix, on a cluster either."""
+    """Return a checksum of hertzlink's sources: results of different sources must not mix, even on a cluster."""
     digest = sha256()
     for source in sorted(path for room in OWN_CODE for path in Path(room).rglob("*.py")):
         digest.update(f"{source.relative_to(HOME)}\n".encode() + source.read_bytes())
@@ -111,10 +111,10 @@ def own_sources() -> str:
 
 
 def identity(value: Any, seen: dict[int, Any] | None = None) -> Any:
-    """Return plain data that changes with a value: for a function its source, and the identity of all that it names.
+    """Return plain data that changes with a value. For a function these are its source and the identity of all names.
 
-    seen: what is being followed, and all code that was. Raises ValueError for a function without source, and for an
-    object that cannot be pickled.
+    seen: the objects that are being followed, and all code that was followed. Raises ValueError for a function without
+    source, and for an object that cannot be pickled.
     """
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -132,7 +132,7 @@ def identity(value: Any, seen: dict[int, Any] | None = None) -> Any:
 
 
 def _followed(value: Any, again: Callable[[Any], Any]) -> Any:
-    """Return the identity of what is no plain value; again: that of what it holds."""
+    """Return the identity of an object. again: the function for the objects that it holds."""
     if isinstance(value, list | tuple):
         return [again(item) for item in value]
     if isinstance(value, Mapping):
@@ -149,15 +149,15 @@ def _followed(value: Any, again: Callable[[Any], Any]) -> Any:
         if not _is_users(value.__module__):
             return f"{value.__module__}.{value.__qualname__}"
         members = [inspect.unwrap(getattr(one, "fget", one)) for one in vars(value).values()]
-        # Those that a dataclass makes have no source of their own.
+        # Methods that a dataclass makes have no source of their own.
         own = [one for one in members if isinstance(one, FunctionType) and one.__code__.co_filename != "<string>"]
         return [_source(value), again([*value.__bases__, *own])]
-    # A function that keeps results (functools.cache) or is compiled (numba.njit) wraps the user's.
+    # A function that keeps results (functools.cache) or is compiled (numba.njit) wraps the user's function.
     function = inspect.unwrap(value) if callable(value) else None
     if isinstance(function, FunctionType):
         if not _is_users(function.__module__):
             return f"{function.__module__}.{function.__qualname__}"
-        # What it uses beside its arguments: its defaults, and what its code names of outer variables.
+        # Besides its arguments a function uses its defaults, and the outer variables that its code names.
         outer = function.__globals__
         used = {name: outer[name] for name in _names(function.__code__) if name in outer}
         used |= inspect.getclosurevars(function).nonlocals
@@ -182,7 +182,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _imported(module: ModuleType) -> set[str]:
-    """Return the names of the modules that a module imports, and that are loaded."""
+    """Return the names of the loaded modules that a module imports."""
     names = set[str]()
     for node in ast.walk(ast.parse(_source(module))):
         if isinstance(node, ast.Import):
@@ -201,13 +201,12 @@ def _source(what: Any) -> str:
         return inspect.getsource(what)
     except (OSError, TypeError) as error:
         raise ValueError(
-            f"store: the source of {short(what)} cannot be read, so nobody could tell whether it changes; "
-            "write it into a file"
+            f"store: the source of {short(what)} cannot be read, so a change would not be noticed; write it into a file"
         ) from error
 
 
 def _is_users(module: str) -> bool:
-    """Return whether a module is neither Python's nor hertzlink's, nor installed."""
+    """Return whether a module is the user's own: not one of Python, of hertzlink, or of an installed package."""
     file = getattr(sys.modules.get(module), "__file__", None)
     if file is None:
         return module == "__main__"

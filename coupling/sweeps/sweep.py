@@ -35,8 +35,8 @@ def sweep(
 ) -> xr.Dataset:
     """Run `build(**point)` at every combination of the values of the axes.
 
-    Points that share all but the last axis run in one process, one after the other, so that `build` may cache what they
-    have in common.
+    Points that differ only in the last axis run in one process, one after the other, so that `build` may cache what
+    they have in common.
 
     Parameters
     ----------
@@ -46,41 +46,42 @@ def sweep(
         Length of each record, s.
     jobs : int, optional
         Number of processes; by default one for each core. With jobs=1 points run in this process. Within
-        ``joblib.parallel_config("dask")`` they are the workers of a cluster.
+        ``joblib.parallel_config("dask")`` points run on the workers of a cluster.
     measure : callable, optional
         Takes the Dataset of a run and returns the Dataset to keep; by default the whole run.
     store : str or PathLike, optional
-        A folder that keeps each point in a file of its own as soon as it is finished; all workers must see it.
+        A folder that keeps each point in a file of its own as soon as it is finished. All workers must have access to
+        it.
     retry : bool
-        Run points again that are recorded in the store as failed.
+        Whether to run points again that are recorded in the store as failed.
     **axes : iterable
         The values of each axis, such as length=[0.02, 0.04] or material=[hl.PTFE, hl.ACRYLIC].
 
     Returns
     -------
     xarray.Dataset
-        The kept Datasets, with a dimension for each axis (named values, such as materials, become their names) and the
-        attributes of the first run. All runs share the sampling of the coarsest. Modes of deformable beads that only
-        some runs have are NaN in the others. The attribute `warnings` holds the first finding of each kind with the
-        number of points that have one; each is issued as one Python warning after the sweep.
+        The kept Datasets, with a dimension for each axis and the attributes of the first run. Materials and other named
+        values become their names. All runs have the sampling of the coarsest. Modes of deformable beads that only some
+        runs have are NaN in the others. The attribute `warnings` holds the first finding of each kind with the number
+        of points that have it; each is one Python warning after the sweep.
 
     Raises
     ------
     ValueError
-        For an axis that is empty or has two values of the same name, a name that every run uses, axes that build does
-        not accept, or a store that cannot be used.
+        For an axis that is empty, has two values of the same name, or has a name that every run uses; for axes that
+        build does not accept; and for a store that cannot be used.
     RuntimeError
         If a process dies, or all points fail (with a store).
 
     Notes
     -----
-    Without a store an error at one point ends the sweep, with a note that names the point.
+    Without a store, an error at one point ends the sweep, with a note that names the point.
 
-    With a store, the same sweep can be repeated after it was stopped, or with longer axes: it runs only the missing
-    points. A point is run again if anything changed that determines its numbers: the source code of build or measure,
-    data that they use from outside, or hertzlink. Where a point fails by its values, its numbers or its convergence
-    (ValueError, LookupError, ArithmeticError, RuntimeError), the others continue: the point is NaN, and the variable
-    `error`, empty for all other points, holds the reason. All other errors end the sweep.
+    With a store, the same sweep can be repeated after it was stopped, or with longer axes; it then runs only the
+    missing points. A point is run again if anything that determines its numbers has changed: the source code of build
+    or measure, data that they use from outside, or hertzlink. If a point fails because of its values, its numbers or
+    its convergence (ValueError, LookupError, ArithmeticError, RuntimeError), the others continue. The point is then
+    NaN, and the variable `error`, empty for all other points, holds the reason. All other errors end the sweep.
 
     Examples
     --------
@@ -95,7 +96,7 @@ def sweep(
     """
     until = positive("until", until, "s")
     if measure is not None:
-        function("measure", measure, 1, "a function of a run's Dataset")
+        function("measure", measure, 1, "a function of the Dataset of a run")
     if instance("retry", retry, bool, "True or False") and store is None:
         raise ValueError("retry = True: needs the store that records which points failed")
     if jobs is not None:
@@ -123,7 +124,7 @@ def outcomes_kept(
     retry: bool = False,
     label: str = "sweep",
 ) -> list[Outcome]:
-    """Return the outcomes of points, of which only those that the store lacks are run."""
+    """Return the outcomes of points; only points that are missing in the store are run."""
     outcomes = [store.load(point) for point in points]
     missing = [i for i, outcome in enumerate(outcomes) if outcome is None or (retry and isinstance(outcome, Failure))]
     if len(missing) < len(points):
@@ -139,8 +140,8 @@ def outcomes_kept(
 
 
 def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
-    """Return the axes as lists; raise a ValueError for one that is empty, has two values of the same name, or has a
-    name in use."""
+    """Return the axes as lists; raise a ValueError for an axis that is empty, has two values of the same name, or has a
+    name that is taken."""
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
@@ -154,12 +155,12 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
 
 
 def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str = "build", names: str = "axes") -> None:
-    """Raise a ValueError if build is not a function, or does not accept exactly the axes."""
+    """Raise a ValueError if build is not a function of exactly these axes."""
     if not callable(build):
         raise ValueError(f"{name} = {short(build)}: must be a function that returns a CoSimulation")
     try:
         signature = inspect.signature(build)
-    except (TypeError, ValueError):  # of some that are written in C
+    except (TypeError, ValueError):  # some functions in C have no signature
         return
     try:
         signature.bind(**values)
@@ -171,12 +172,12 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
 
 
 def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> CoSimulation:
-    """Return what a builder makes of numbers that vary continuously."""
+    """Return the CoSimulation of a builder for these values; raise a ValueError if it returns something else."""
     return instance("build(...)", build(**values), CoSimulation, "a CoSimulation")
 
 
 def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
-    """Return one Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
+    """Return one Dataset over the axes, at the times that all runs share. Coordinates that differ also get the axes."""
     failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
     if len(failures) == len(outcomes):
         raise RuntimeError(f"all {count_of(len(failures), 'point')} failed; {AGAIN}; the first with {failures[0]}")

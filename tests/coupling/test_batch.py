@@ -230,4 +230,6 @@ def test_parameters_are_named() -> None:
         hl.batch(lambda: against(0.3), until=1e-4)
     with pytest.warns(hl.HertzlinkWarning, match="1 of 2 runs failed"):
         unlike = hl.batch(of_count, until=1e-5, count=[3, 4])
-    assert unlike.error.values[1] == "ValueError: build(...): has another number of beads than the 3 of the first run"
+    assert (
+        unlike.error.values[1] == "ValueError: build(...): has another number of beads than the first run, which has 3"
+    )

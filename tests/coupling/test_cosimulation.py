@@ -247,7 +247,7 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
             r"^chain = \[Structure\(Kirchhoff.{1,100}: must be a list of one Chain",
         ),
         ({"scheme": PLATE}, r"^scheme = Structure\(Kirchhoff.{1,100}: must be a scheme such as"),
-        ({"structure": 3.0}, r"structure = float: must be a Structure \(of a plate plate\.at"),
+        ({"structure": 3.0}, r"structure = float: must be a Structure \(for a plate: plate\.at"),
         ({"structure": Spring()}, r"scheme = Condensed.*needs a Structure; use Aitken"),
         ({"scheme": hl.Aitken}, "scheme = .*must be a scheme such as"),
         ({"scheme": "aitken"}, "scheme = 'aitken'"),

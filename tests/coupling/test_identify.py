@@ -306,7 +306,7 @@ def test_runs_that_fail_and_swapped_channels_explain_nothing() -> None:
             raise ValueError("too stiff for this test")
         return wall(modulus)
 
-    with pytest.warns(hl.HertzlinkWarning, match="runs failed, and were left out"):
+    with pytest.warns(hl.HertzlinkWarning, match="runs failed and were left out"):
         found = hl.identify(tap(wall(3e9)), build, until=UNTIL, modulus=(1e9, 8e9))
     assert found["modulus"].value == pytest.approx(3e9, rel=0.05)
     signal = tap(wall(3e9), (3, 7))
@@ -335,12 +335,12 @@ SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arang
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"signal": SIGNAL * np.nan}, "signal: sensor 5 has 0 samples with a number; needs 16"),
+        ({"signal": SIGNAL * np.nan}, "signal: sensor 5 has 0 samples that are not NaN; must have 16"),
         ({"signal": SIGNAL * 0.0}, "signal: sensor 5 is constant, 0 N; must hold a wave"),
         ({"signal": 3}, "signal = 3: must be a signal of read_signal or as_signal, or a run"),
-        ({"signal": SIGNAL.isel(time=slice(0, 40))}, r"signal: 39 µs are compared, but the wave needs about .* µs"),
+        ({"signal": SIGNAL.isel(time=slice(0, 40))}, r"signal: 39 µs are compared, but a wave needs about .* µs"),
         ({"signal": SIGNAL.isel(time=slice(0, None, 25))}, "signal: has a sample every 25 µs, too coarse for contacts"),
-        ({"until": 5e-5}, "signal: 50 µs are compared, but the wave needs"),
+        ({"until": 5e-5}, "signal: 50 µs are compared, but a wave needs"),
         ({"until": -1.0}, "until = -1.0: must be a positive number of s"),
         ({"sensors": [99]}, r"sensor = 99|sensor 99"),
         ({"signal": SIGNAL.assign_coords(sensor=[12])}, r"sensors = \[12\]: bead 12 is not in the chain, which has 10"),
@@ -349,7 +349,7 @@ SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arang
         ({"modulus": 3e9}, "modulus = 3000000000.0: must be the lowest and the highest value"),
         ({"modulus": (1e9, np.inf)}, "modulus = inf: must be a finite number"),
         ({"thickness": (1.0, 2.0)}, "takes modulus, impact_speed, but the unknowns are modulus, thickness"),
-        ({"nuisances": ["gains"]}, "nuisances: 'gains' is none; must be gain, offset, time_zero, or"),
+        ({"nuisances": ["gains"]}, "nuisances = 'gains': must be gain, offset, time_zero, or"),
         ({"noise": 0.0}, "noise = 0.0: must be a positive number of N"),
         ({"noise": {7: 1.0}}, "noise = {7: 1.0}: must be a"),
         ({"guess": {"speed": 1.0}}, "guess = {'speed': 1.0}: must give a value for each of modulus"),
@@ -369,13 +369,13 @@ def test_bad_input_is_refused_in_a_line(change: Mapping[str, Any], message: str)
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"modulus": 0.0}, "modulus = 0: bounds are relative to the value, which must not be zero"),
+        ({"modulus": 0.0}, "modulus = 0: must not be zero, because bounds are relative to the value"),
         ({"noise": -1.0}, "noise = -1.0: must be a positive number"),
         ({"sensors": []}, "sensors = []"),
         ({"sensors": [40]}, "bead 40 is not in the chain, which has 10"),
         ({"compare": "all"}, "compare = 'all'"),
         ({"sample_every": 0.0}, "sample_every = 0.0"),
-        ({"nuisances": ["drift"]}, "nuisances: 'drift' is none"),
+        ({"nuisances": ["drift"]}, "nuisances = 'drift': must be"),
     ],
 )
 def test_bad_designs_are_refused(change: Mapping[str, Any], message: str) -> None:
@@ -396,10 +396,10 @@ def test_a_prediction_is_no_longer_than_the_structure_was_made_for(made_for: flo
         warnings.simplefilter("always")
         found = hl.identify(signal, build, guess={"thickness": 3.9e-3}, thickness=(2e-3, 6e-3))
     assert found.input["until"] == made_for
-    assert any("made for runs of" in str(one.message) for one in caught) == warned
-    with pytest.warns(hl.HertzlinkWarning, match="made for runs of .*; make it for"):
+    assert any("reduced for runs of" in str(one.message) for one in caught) == warned
+    with pytest.warns(hl.HertzlinkWarning, match="reduced for runs of .*; reduce it for"):
         assert np.isfinite(hl.identifiability(build, sensors=[5], thickness=4e-3).bounds["thickness"])
-    with pytest.raises(ValueError, match=r"reduced for runs of at most .*; make it with that until, or take a shorter"):
+    with pytest.raises(ValueError, match=r"reduced for runs of at most .*; reduce it for this time, or"):
         hl.identify(signal, build, until=1.1 * made_for, thickness=(2e-3, 6e-3))
 
 

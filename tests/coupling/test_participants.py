@@ -270,13 +270,13 @@ def test_what_is_no_participant() -> None:
             NoSurface(),
             "structure = NoSurface: lacks surface; must be a Structure .* or an object with surface, start and adv",
         ),
-        (Sound, r"structure = the class Sound: must be an object of it, such as Sound\(…\)"),
+        (Sound, r"structure = the class Sound: must be an instance, such as Sound\(…\)"),
         (Sound().advance, "structure = method: must be a Structure"),
         (SurfaceOnly(), "structure = SurfaceOnly: lacks start and advance; must be a Structure"),
     ):
         with pytest.raises(ValueError, match=message):
             hl.CoSimulation(CHAIN, given, hl.Aitken())
-    with pytest.raises(ValueError, match="structure = the class Sound: must be an object of it"):
+    with pytest.raises(ValueError, match="structure = the class Sound: must be an instance"):
         hl.ContactPoint(Sound, 0)
     with pytest.raises(ValueError, match=r"needs a Structure; use Aitken\(\) for a solver of your own \(Sound\)"):
         hl.CoSimulation(CHAIN, Sound())

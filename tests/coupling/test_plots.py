@@ -353,9 +353,9 @@ BAD: list[tuple[str, Callable[[], Any], str]] = [
     ("wave", lambda: hl.plots.swept(sweep(2e-5), 7, wave="fourth"), "wave = 'fourth'"),
     ("set-up of a signal", lambda: hl.plots.setup(signal()), "run: must be a CoSimulation, or the Dataset"),
     ("set-up of a chain", lambda: hl.plots.setup(BEAD), "must be a CoSimulation"),
-    ("fit of a run", lambda: hl.plots.identified(run()), "must be what identify returned"),
+    ("fit of a run", lambda: hl.plots.identified(run()), "must be the result of identify"),
     ("fit elsewhere", lambda: hl.plots.identified(found(), sensor=5), "sensor = 5"),
-    ("class", lambda: hl.plots.identified(Identification, "intervals"), "must be what identify returned"),
+    ("class", lambda: hl.plots.identified(Identification, "intervals"), "must be the result of identify"),
 ]  # fmt: skip
 
 

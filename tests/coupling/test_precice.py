@@ -377,7 +377,7 @@ def test_explicit_coupling_answers_one_window_later(double: type[Double], config
         ({"positions": [(0.0, 1.0)]}, r"positions\[0\] = \(0.0, 1.0\): must hold 3 numbers"),
         ({"direction": (0, 0, -1)}, r"direction = \(0, 0, -1\): must be None, since displacement and force"),
         ({"window": 0.0}, "window = 0.0: must be a positive number"),
-        ({"sizes": (3, 3)}, "direction = None: must be given for data that are vectors, as 3 numbers"),
+        ({"sizes": (3, 3)}, "direction = None: must be given as 3 numbers, because the data are vectors"),
         ({"sizes": (3, 3), "direction": (0.0, 1.0)}, r"direction = \(0.0, 1.0\): must hold 3 numbers"),
         ({"sizes": (3, 3), "direction": (0.0, 0.0, 0.0)}, r"direction = .*: must not be zero"),
         ({"sizes": (3, 3), "direction": (0.0, np.nan, 0.0)}, "direction = nan: must be a finite number"),

@@ -89,7 +89,7 @@ def signal() -> xr.Dataset:
         (lambda: hl.time_of_flight(RUN(), 2, wave="fourth"), "wave = 'fourth': must be one of 'primary'"),
         (lambda: hl.reflections(3, 1), "run = 3: must be the Dataset of a run, a sweep or a signal"),
         (lambda: hl.reflections(RUN(), 2, smallest=-1.0), r"smallest = -1\.0"),
-        (lambda: hl.reflections(sweep(), 2), "run: holds several over speed"),
+        (lambda: hl.reflections(sweep(), 2), "run: has the axis speed"),
         *((lambda sensor=sensor: hl.reflections(RUN(), sensor), f"sensor = {sensor}") for sensor in (0, -1, 4, 1.5)),
     ],
 )

@@ -255,5 +255,5 @@ def test_quasi_newton_ends_on_a_linear_problem_after_a_repetition_for_each_unkno
 def test_an_explicit_scheme_that_grows_unstable_stops() -> None:
     """A thousandth of a bead at 1 µs: the lagged force adds energy; unchecked, the run reports it."""
     case = CASES["lighter"]()
-    with pytest.raises(hl.NotConverged, match=r"t = 0\.000\d+ s, .*the exchange has made or lost 0\.05 of the impact"):
+    with pytest.raises(hl.NotConverged, match=r"t = 0\.000\d+ s, .*exchange has created or lost 0\.05 of the impact"):
         hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(), window=1e-6).run(1e-3)

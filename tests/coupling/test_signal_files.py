@@ -81,7 +81,7 @@ def test_forms(tmp_path: Path, form: str, encoding: str) -> None:
 @pytest.mark.parametrize(
     ("head", "said"),
     [
-        ("Time (s),CH1 (pC)", "gives 'pC' for column 1, which is no unit of a voltage or a force.*; give unit="),
+        ("Time (s),CH1 (pC)", "gives 'pC' for column 1, which is not a unit of a voltage or a force.*; give unit="),
         ("Time (s),CH1_mA", "gives 'mA' for column 1"),
         ("Time (s),CH1 dBV", "gives 'dBV' for column 1"),
         ("Time (s),CH1 (counts)", "gives 'counts' for column 1"),
@@ -100,7 +100,7 @@ def test_units_that_are_not_understood(tmp_path: Path, head: str, said: str) -> 
     path = written(tmp_path / "scope.csv", [head, *table()])
     with pytest.raises(ValueError, match=f"scope.csv: {said}"):
         hl.read_signal(path, {7: 1}, calibration=10.0)
-    with pytest.warns(hl.HertzlinkWarning, match="is taken"):
+    with pytest.warns(hl.HertzlinkWarning, match="is used"):
         data = hl.read_signal(path, {7: 1}, calibration=10.0, unit="V", time_unit="s")
     assert hl.reflections(data, 7).incident.amplitude == pytest.approx(30.0, abs=0.01)
 
@@ -108,7 +108,7 @@ def test_units_that_are_not_understood(tmp_path: Path, head: str, said: str) -> 
 def test_the_unit_that_is_given_wins(tmp_path: Path) -> None:
     """Of a file in ms whose head says s."""
     path = written(tmp_path / "scope.csv", ["time (s),U (V)", *table(second=1e3)])
-    with pytest.warns(hl.HertzlinkWarning, match="gives 's' for the times of column 1; 'ms' is taken"):
+    with pytest.warns(hl.HertzlinkWarning, match="gives 's' for the times of column 1; 'ms' is used"):
         data = hl.read_signal(path, {7: 1}, time_unit="ms", calibration=10.0)
     assert data.time.values == pytest.approx(TIME, abs=1e-9)
 
@@ -170,7 +170,7 @@ def test_stamps_with_too_few_digits(tmp_path: Path, digits: int, step: float) ->
     time = step * np.arange(2000)
     force = np.exp(-(((time - 1e-4) / 2e-5) ** 2))
     lines = [f"{t:.{digits}f},{v:.6f}" for t, v in zip(time, force, strict=True)]
-    with pytest.warns(hl.HertzlinkWarning, match="times lie up to .* off even sampling, .* which is taken"):
+    with pytest.warns(hl.HertzlinkWarning, match="times differ by up to .* from even sampling, .* which is used"):
         data = hl.read_signal(written(tmp_path / "coarse.csv", lines), {7: 1}, calibration=10.0)
     assert float(data.time[1] - data.time[0]) == pytest.approx(step, rel=2e-3)
 
@@ -199,8 +199,8 @@ def changed(number: int, text: str | None) -> list[str]:
         (changed(102, "0.000000000,#OVERFLOW,0.1"), "1 sample is lost .*: '#OVERFLOW', the first after line 101", 1),
         (changed(102, "0.000000000"), "1 sample is lost .*: 'an empty cell', the first after line 101", 1),
         (changed(102, None), "1 sample is lost .* and NaN, the first after line 101", 1),
-        (changed(102, "# a remark"), "1 line that is no sample was left out: line 102 '# a remark'", 1),
-        ([*changed(1, "t,a,b"), ",,", "# end"], "2 lines that are no samples were left out: line 1002", 0),
+        (changed(102, "# a remark"), "1 line that is not a sample was left out: line 102 '# a remark'", 1),
+        ([*changed(1, "t,a,b"), ",,", "# end"], "2 lines that are not samples were left out: line 1002", 0),
     ],
 )
 def test_a_damaged_line_is_named(tmp_path: Path, lines: list[str], said: str, lost: int) -> None:
@@ -239,7 +239,7 @@ def test_a_last_line_that_is_cut_off(tmp_path: Path, last: str) -> None:
         (["No,V", *(f"{k},{k % 7}" for k in range(99))], "the times count the samples.*; give time_unit="),
         ([row for row in table() for _ in (0, 1)], "each time stands twice; export the trace without peak detection"),
         (['"t","U"', *(f'{k}e-6,"{k % 7 + 1},{100 + k}"' for k in range(99))], r"'1,1\d\d' may be 1\.1\d\d or 11\d\d"),
-        (["Zeit (µs),Kanal 1 (V)", *commas(table("{t:.1f},{v:.6f}", 1e6))], "commas part columns and decimals alike"),
+        (["Zeit (µs),Kanal 1 (V)", *commas(table("{t:.1f},{v:.6f}", 1e6))], "commas seem to separate both columns"),
         ([f"0,{k:04};{'8.894' if k % 3 else '950'}" for k in range(99)], "'8.894' may be 8.894 or 8894, beside .* ','"),
         ([f"0.{k:04};{'9.5' if k % 3 else '12,5'}" for k in range(99)], "'0.0000' may be .*, beside numbers with ','"),
         (["t (s),U (V)", *table()[::-1]], "column 0 decreases from line to line; if it is the time, it must increase"),

@@ -13,7 +13,7 @@ from independent.walls import EdgedPlate
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
-from coupling.inference.tap_maps import _together, read_grid
+from coupling.inference.tap_maps import _mean_of_taps, read_grid
 from coupling.plots.mapped import MARKS
 
 STEP = 0.01
@@ -124,13 +124,13 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
         ("x, y / mm, file\n0, 0, a\n", "column x has no unit; write one of length: x / mm"),
         ("x / mm, y / mm, file\n0, 0, b\n", ":2: file: b: there is no such file"),
         ("x / mV, y / mm, file\n0, 0, a\n", 'column x has the unit "mV"'),
-        ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is no number with the unit mm"),
+        ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is not a number with the unit mm"),
         ("x / mm, y / mm, file\n0, 0\n", ":2: names no file"),
         ("x / mm, y / mm, file\n0, 0, a, 5\n", ":2: 4 entries for 3 columns; decimal commas need semicolons"),
         ("x / mm, y / mm, file\n0, 0, a\n0, 0, a\n", ":3: names 'a' again, as line 2 does"),
         ("x / mm, y / mm, file\n", "has no points below its head"),
         ("x / mm, y / mm, file\n0, 0, ../a.csv\n", ":2: '../a.csv' is not in the table's folder; move it there"),
-        ("x / mm, y / mm, file, d / mm\n0, 0, a, far\n", ":2: column d: 'far' is no number with the unit mm"),
+        ("x / mm, y / mm, file, d / mm\n0, 0, a, far\n", ":2: column d: 'far' is not a number with the unit mm"),
     ],
 )
 def test_a_table_is_refused_with_its_line(tmp_path: Path, text: str, message: str) -> None:
@@ -199,7 +199,7 @@ def test_taps_of_a_point_that_disagree_have_the_interval_of_student(
         xr.Dataset({name: ("unknown", [one]) for name, one in c.items()}, {"unknown": ["d"]}, {"fits": int(values[1])})
         for c in columns
     ]
-    data, findings = _together(taps)
+    data, findings = _mean_of_taps(taps)
     assert float(data.value[0]) == pytest.approx(expected[0])
     assert float(data.high[0] - data.low[0]) / 2.0 == pytest.approx(expected[1], rel=1e-4)
     assert bool(findings) == (data.attrs["fits"] == 2) == (values[1] == 2.0)

@@ -156,7 +156,7 @@ def test_folders_are_replaced_only_where_they_hold_a_motion(motion: xr.Dataset, 
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"folder = .*: holds notes\.txt; name another"):
         hl.plots.write_vtu(motion, folder)
-    with pytest.raises(ValueError, match=r"notes\.txt'.*is no folder"):
+    with pytest.raises(ValueError, match=r"notes\.txt'.*is not a folder"):
         hl.plots.write_vtu(motion, folder / "notes.txt")
     with pytest.raises(ValueError, match="its parent folder does not exist"):
         hl.plots.write_vtu(motion, tmp_path / "no" / "paraview")

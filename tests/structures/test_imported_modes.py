@@ -83,5 +83,5 @@ def test_a_plate_of_its_lower_modes_reflects_as_the_plate(plate: hl.Structure) -
 def test_too_few_modes_are_warned_of(plate: hl.Structure) -> None:
     lower = np.sqrt(plate.stiffness.diagonal()[:6]) / (2.0 * np.pi)
     body = hl.from_modes(lower, hl.ALUMINIUM_6061, shapes=plate.contact[:6], residual_flexibility=0.0)
-    with pytest.warns(hl.HertzlinkWarning, match="modes up to .* kHz suits it"):
+    with pytest.warns(hl.HertzlinkWarning, match="modes up to .* kHz suits this push"):
         hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, impact_speed=0.02), body).run(until=1e-3)
