@@ -80,7 +80,7 @@ class CheckedParticipant:
         self.contacts = len(self.surfaces)
         self.last_forces = np.zeros(self.contacts)
         self.findings: list[str] = []
-        """What `check` found and the user should know."""
+        """The findings of `check`."""
         self.passive = getattr(participant, "passive", True)
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")

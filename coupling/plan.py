@@ -170,7 +170,7 @@ def coarse(name: str, interval: float, contact_time: float) -> list[str]:
 
 
 def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
-    """Return the longest run that a structure was made for, s; infinite where there is no limit."""
+    """Return the length of the longest run that a structure was made for, s; infinite if there is no limit."""
     return structure.structure.valid_until if isinstance(structure, MovingStructure) else inf
 
 

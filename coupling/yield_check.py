@@ -48,7 +48,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
         # Hertzian forces grow with the speed to the power 6/5. With a preload or another law there is no such rule.
         elif power == OF_HERTZ and chain.chain.speed > 0.0 and not chain.static_force.any():
             slower = chain.chain.speed * ratio ** (-5.0 / (6.0 * power))
-            cure = f"none yields below an impact speed of about {slower:.2g} m/s"
+            cure = f"no contact yields below an impact speed of about {slower:.2g} m/s"
         else:
             cure = f"a yield strength of {1e-9 * ratio * float(weaker.yield_strength or 0.0):.2g} GPa would bear it"
         what = weaker.name or "the softer body"

@@ -97,7 +97,7 @@ class Identification(Printed):
     runs : int
         The number of runs.
     warnings : list of str
-        What the user must know.
+        Warnings for the user.
     input : dict
         The arguments of `identify`.
     """

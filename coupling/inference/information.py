@@ -34,7 +34,7 @@ class Information(Printed):
     bounds : dict
         Least standard deviation of each unknown and nuisance, in its unit; for gains it is relative to 1.
     warnings : list of str
-        What the user must know.
+        Warnings for the user.
     """
 
     values: dict[str, float]

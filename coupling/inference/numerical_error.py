@@ -53,7 +53,7 @@ class NumericalError(Printed):
     notes : dict
         For each source what was refined, or why nothing was.
     warnings : list of str
-        What the user must know.
+        Warnings for the user.
     """
 
     sensor: int
@@ -95,8 +95,8 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     """Estimate how wrong AR, TOF and contact time are because of windows and steps, the mesh, and the reduction.
 
     Runs the simulation again with half the window, step and saved interval; with cells half as long; and with a
-    reduction to a hundredth of its tolerance. The changes are the errors. Those of halved lengths are multiplied by
-    4/3, because a quarter of the error is left.
+    reduction to a hundredth of its tolerance. The changes are the errors. If lengths are halved, the change is
+    multiplied by 4/3, because a quarter of the error is left.
 
     Parameters
     ----------

@@ -151,7 +151,8 @@ class Search:
 
     def _profile_end(self, best: Fit, k: int, half: float, inflation: float, limit: float, ridge: Vector) -> float:
         """Return the place, from the best one towards a limit, at which χ² with the other unknowns refitted reaches its
-        95 % level; the limit if it does not. By the curvature, half: of the interval; ridge: motion of the others."""
+        95 % level; the limit if it does not. half, ridge: half of the interval and the motion of the other unknowns, by
+        the curvature."""
         latest, inner = best.places, float(best.places[k])
         before, side = -DEVIATIONS, np.sign(limit - inner)
         step = min(max(1.05 * half, FINEST_PROFILE), 0.1)

@@ -255,7 +255,7 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
             verdict = FAILED if np.isnan(here) else MEASURED
             rows[f"{name} at bead {sensor}"] = here, here - half, here + half, verdict, *unit
     if all(row[3] == FAILED for row in rows.values()):
-        raise ValueError("no reflected wave stands out of the noise")
+        raise ValueError("no reflected wave rises above the noise")
     columns = zip((*NONE, "unit", "unit_size"), zip(*rows.values(), strict=True), strict=True)
     return xr.Dataset({name: ("unknown", list(column)) for name, column in columns}, {"unknown": list(rows)})
 

@@ -39,7 +39,7 @@ class Uncertainty(Printed):
     units : dict
         Units of the measures, and of the parameters if they are known, as in a case.
     warnings : list of str
-        What the user must know.
+        Warnings for the user.
     """
 
     value: dict[str, float]
@@ -130,7 +130,7 @@ def uncertainty(
     """
     draws, seed, sensor = whole("draws", draws, 0), whole("seed", seed, 0), whole("sensor", sensor)
     if draws == 1:
-        raise ValueError("draws = 1: must be 2 or more, as one has no standard deviation, or 0 for none")
+        raise ValueError("draws = 1: must be 0, or 2 or more for a standard deviation")
     if not spreads:
         raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
     check_build(build, spreads, names="parameters")

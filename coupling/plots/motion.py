@@ -174,7 +174,7 @@ def _motion_of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, 
                     where = f"bead {number} touches no bead at contact {contact + 1}"
                     raise ValueError(f"beads: {where}, so its stress is not known")
                 pair = bodies[number].surface, surface_of(other)
-                # By Hertz, at 1 N; the radius of a contact grows with the cube root of the force.
+                # Hertz's radius of the contact at 1 N; it grows with the cube root of the force.
                 radius = sqrt(hertz_stiffness(*pair) ** (-2.0 / 3.0) / relative_curvatures(*pair)[1])
             sides.append([Push(one, radius * one ** (1.0 / 3.0)) for one in pressed.tolist()])
         pushes[number] = list(zip(*sides, strict=True))

@@ -296,7 +296,7 @@ def bead_in_words(bead: Described) -> str:
 
 
 def material_of(data: Described) -> str:
-    """Return the name of a material, or its modulus where it has none."""
+    """Return the name of a material, or its modulus if it has no name."""
     material = data["material"] if isinstance(data.get("material"), Mapping) else {}
     if plies := material.get("plies"):
         return ", ".join(dict.fromkeys(map(material_of, plies)))

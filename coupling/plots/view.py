@@ -102,7 +102,7 @@ def picture(
         spare = 0.5 * float(np.diff(moments).max(initial=0.0)) or 1e-6
         if not moments[0] - spare <= finite("time", time, "s") <= moments[-1] + spare:
             ends = f"{moments[0]:.6g} and {moments[-1]:.6g} s"
-            raise ValueError(f"time = {time!r}: must lie between {ends}, as the motion")
+            raise ValueError(f"time = {time!r}: must lie in the motion, between {ends}")
         number = int(np.argmin(abs(moments - time)))
 
     scene = Scene(motion if film else motion.isel(time=[number]), show, factor, highest)

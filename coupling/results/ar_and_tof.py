@@ -27,8 +27,6 @@ WAVES = ("primary", "secondary", "third")
 # sensor.
 UNCERTAINTY, NUMERICAL_ERROR = "uncertainty", "numerical_error"
 
-_MARGINS = ("amplitude_ratio", "time_of_flight")
-
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, earliest: float = 0.0) -> Reflections:
     """Return the incident wave at a sensor bead, and the first two waves that come back.
@@ -75,15 +73,17 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     end = float(reading.time[-1])
     count, ends = int(np.isfinite(seen.peaks[0, :, 0]).sum()), readable(end, "s", 4)
     if not count:
-        words = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
-        return Reflections(*(NoWave(name, f"none {words} within the record, {ends}") for name in Reflections._fields))
+        words = "rises above the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
+        reason = f"no wave {words} within the record, {ends}"
+        return Reflections(*(NoWave(name, reason) for name in Reflections._fields))
 
     (amplitude, arrival), *later = seen.peaks[0, :count].tolist()
     _warn_above_one(max((force / amplitude for force, _ in later), default=0.0), sensor)
     margins = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}")).get(str(sensor), {}).get("margins", {})
     back = list[ReflectedWave | NoWave]()
     for (force, time), prefix in zip(later, ("", "secondary_"), strict=False):
-        errors = tuple(margins[prefix + name] for name in _MARGINS if prefix + name in margins) or None
+        names = [f"{prefix}amplitude_ratio", f"{prefix}time_of_flight"]
+        errors = tuple(margins[name] for name in names if name in margins) or None
         back.append(ReflectedWave(force, time, force / amplitude, time - arrival, errors))
     if len(back) < 2:
         reason, until = "", nan

@@ -50,7 +50,7 @@ class Reading:
 
     @cached_property
     def _there(self) -> NDArray[np.bool_]:
-        """True if a chain has a contact, chains × contacts; one row where there is one chain."""
+        """Whether a chain has a contact, chains × contacts; one row for one chain."""
         static = self.data.variables["static_force"]
         axes = [axis for axis in ("chain", "contact") if axis in static.dims]
         values = static.transpose(..., *axes).values

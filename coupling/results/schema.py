@@ -145,10 +145,7 @@ def run_coordinates(
     return coordinates
 
 
-def variable(name: str, values: Any, *owner: str, description: str = "") -> tuple[list[str], Any, dict[str, str]]:
-    """Return the dimensions, values and attributes of a variable.
-
-    owner: the dimension, if a result has several owners. description: one that differs from that of the schema.
-    """
-    units, usual, _, bodies = VARIABLES[name]
-    return ["time", *owner, *bodies], values, {"units": units, "long_name": description or usual}
+def variable(name: str, values: Any, *owner: str) -> tuple[list[str], Any, dict[str, str]]:
+    """Return the dimensions, values and attributes of a variable. owner: the dimension of several owners, if any."""
+    units, description, _, bodies = VARIABLES[name]
+    return ["time", *owner, *bodies], values, {"units": units, "long_name": description}

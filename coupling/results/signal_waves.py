@@ -39,6 +39,9 @@ MOST = 2.0
 # The time from the beginning of a wave to its peak, over that from half its force; a Gaussian begins with 0.002.
 RISE = 3.0
 PULSE = 1.5  # A pulse extends over this many widths on either side of its peak.
+# Pulses with fewer samples than this in their width at half height get a warning. In five runs, sampled at 20 rates
+# with 40 random phases each, AR was off by up to COARSE/width³: 0.06 with 1.6 samples, 0.013 with 2.7, 0.004 with 4.5.
+FEWEST_IN_WIDTH, COARSE = 5.0, 0.4
 
 
 Peak = tuple[float, float]
@@ -148,6 +151,11 @@ class SignalWaves:
             said.append(
                 f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} clipped at {force[clipped].max():.4g} N, "
                 "so the height of the peak is unknown; record it with a wider range"
+            )
+        if peaks and 0.0 < self.width < FEWEST_IN_WIDTH:
+            said.append(
+                f"a pulse has only {self.width:.2g} samples in its width at half height, so AR may be off by "
+                f"{min(COARSE / self.width**3, 1.0):.1g}; sample {FEWEST_IN_WIDTH / self.width:.2g} times as fast"
             )
         half = 1 + int(PULSE * self.width)
         soon = smooth[: 2 * half] - zero

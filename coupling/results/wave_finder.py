@@ -78,7 +78,7 @@ def find_waves(
     template = data.contact_force.isel(time=0, contact=0).reset_coords(drop=True).transpose(*axes) if axes else None
 
     def of_runs(variable: str, *own: str) -> Vector:
-        """Return a variable as runs × its own dimensions, repeated where it is the same in several runs."""
+        """Return a variable as runs × its own dimensions; a variable that the runs share is repeated."""
         sizes = {axis: data.sizes[axis] for axis in (*axes, *own)}
         values = data[variable].variable.set_dims(sizes).values  # type: ignore[no-untyped-call]
         return np.asarray(values.reshape(-1, *(data.sizes[axis] for axis in own)))

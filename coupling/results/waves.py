@@ -96,7 +96,7 @@ class NoWave:
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def in_words(self) -> str:
-        """Return why there is none."""
+        """Return why there is no such wave."""
         return f"none; {self.reason}"
 
 

@@ -116,8 +116,6 @@ def batch(
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
         save_every = min(until, wanted, max(1, int(wanted / window)) * window)
     interval = positive("save_every", save_every, "s")
-    if interval > until:
-        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
     size = _rows(until, interval) * float(len(kept.contacts) + len(kept.bodies))
     if size * (count if measure is None else 1) > LARGEST_RESULT:
         raise ValueError(
@@ -193,14 +191,12 @@ def _first_and_ends(build: Callable[..., CoSimulation], columns: Columns) -> dic
     ends = {column.index(end) for column in numbers for end in (min(column), max(column))}
     known, errors, beads = dict[int, CoSimulation](), list[Exception](), 0
     for i in range(len(next(iter(columns.values())))):
-        if known and i not in ends:
-            continue
         try:
-            known[i] = _made(build, columns, i, beads)
+            if not known or i in ends:
+                known[i] = _made(build, columns, i, beads)
+                beads = len(known[i].chain.chain.beads)
         except POINT_ERRORS as error:
             errors.append(error)
-        else:
-            beads = len(known[i].chain.chain.beads)
     if not known:
         raise errors[0]
     return known

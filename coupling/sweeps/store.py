@@ -4,7 +4,6 @@ The name of a file is a checksum of all that determines its numbers: the point, 
 code of the builder and of the functions that it calls, the data that these use from outside, and hertzlink's sources.
 """
 
-import ast
 import dis
 import errno
 import inspect
@@ -13,9 +12,11 @@ import os
 import sys
 import sysconfig
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, partial
 from hashlib import sha256
+from importlib import import_module
 from importlib.util import resolve_name
 from pathlib import Path
 from types import CodeType, FunctionType, MethodType, ModuleType
@@ -144,7 +145,8 @@ def _followed(value: Any, again: Callable[[Any], Any]) -> Any:
     if isinstance(value, ModuleType):
         if not _is_users(value.__name__):
             return value.__name__
-        return [_source(value), again([sys.modules[name] for name in sorted(_imported(value)) if _is_users(name)])]
+        names = {*_imports(compile(_source(value), value.__name__, "exec"), value.__package__)} & sys.modules.keys()
+        return [_source(value), again([sys.modules[name] for name in sorted(names) if _is_users(name)])]
     if isinstance(value, type):
         if not _is_users(value.__module__):
             return f"{value.__module__}.{value.__qualname__}"
@@ -157,10 +159,13 @@ def _followed(value: Any, again: Callable[[Any], Any]) -> Any:
     if isinstance(function, FunctionType):
         if not _is_users(function.__module__):
             return f"{function.__module__}.{function.__qualname__}"
-        # Besides its arguments a function uses its defaults, and the outer variables that its code names.
+        # Besides its arguments a function uses its defaults, outer variables, and the modules that it imports itself.
         outer = function.__globals__
         used = {name: outer[name] for name in _names(function.__code__) if name in outer}
         used |= inspect.getclosurevars(function).nonlocals
+        for name in _imports(function.__code__, outer.get("__package__")):
+            with suppress(ImportError):  # names in a module need not be modules
+                used[f"import {name}"] = import_module(name)
         used["defaults"] = [function.__defaults__, function.__kwdefaults__]
         return [_source(function), {name: again(one) for name, one in sorted(used.items())}]
     if is_dataclass(value):
@@ -181,16 +186,16 @@ def _names(code: CodeType) -> Iterator[str]:
             yield from _names(inner)
 
 
-def _imported(module: ModuleType) -> set[str]:
-    """Return the names of the loaded modules that a module imports."""
-    names = set[str]()
-    for node in ast.walk(ast.parse(_source(module))):
-        if isinstance(node, ast.Import):
-            names |= {one.name for one in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            package = resolve_name("." * node.level + (node.module or ""), module.__package__)
-            names |= {package, *(f"{package}.{one.name}" for one in node.names)}
-    return names & sys.modules.keys()
+def _imports(code: CodeType, package: str | None) -> Iterator[str]:
+    """Yield the modules that code imports, and all names from them, inner functions included."""
+    steps = [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
+    for level, names, step in zip(steps, steps[1:], steps[2:], strict=False):
+        if step.opname == "IMPORT_NAME":
+            module = resolve_name("." * level.argval + step.argval, package)
+            yield from (module, *(f"{module}.{name}" for name in names.argval or ()))
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from _imports(inner, package)
 
 
 def _source(what: Any) -> str:

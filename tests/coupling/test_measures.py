@@ -106,7 +106,7 @@ def test_a_third_wave_is_told_from_the_second() -> None:
 def test_a_silent_run_has_no_waves() -> None:
     waves = hl.reflections(signal(static=1.0), sensor=1)
     assert not any(waves)
-    with pytest.raises(NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
+    with pytest.raises(NoWaveError, match="arrival: there is no incident wave; no wave runs over bead 1"):
         _ = waves.incident.arrival
 
 

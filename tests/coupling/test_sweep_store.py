@@ -232,6 +232,7 @@ def test_objects_are_told_apart() -> None:
 OUTSIDE = (
     "EXTRA = 0.0\ndef own(value):\n    return value\n",
     "import further\ndef extra():\n    return further.own(further.EXTRA)\n",
+    "LATE = 1.0\n",
     """
 from functools import cache
 import hertzlink as hl
@@ -264,8 +265,9 @@ def half(number):
 
 def factory(preload):
     def build(length):
+        from late import LATE
         bead = Part().bead(half(2e-3) + settings.extra())
-        chain = hl.Chain([bead] * 3, bead, SPEED + 0.0 * LEVELS[0], preload=preload)
+        chain = hl.Chain([bead] * 3, bead, SPEED * LATE + 0.0 * LEVELS[0], preload=preload)
         return hl.CoSimulation(chain, hl.half_space(TABLE["wall"][0]))
     return build
 
@@ -273,7 +275,7 @@ def factory(preload):
 build = factory(1.0)
 """,
 )
-"""The modules `further`, `settings` and `outside`."""
+"""The modules `further`, `settings`, `late`, which a function imports, and `outside`."""
 
 
 def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -283,7 +285,7 @@ def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python takes edits within a second for the same file
 
     def named(change: tuple[str, str] = ("", "")) -> str:
-        for name, text in zip(("further", "settings", "outside"), OUTSIDE, strict=True):
+        for name, text in zip(("further", "settings", "late", "outside"), OUTSIDE, strict=True):
             (tmp_path / f"{name}.py").write_text(text.replace(*change) if change[0] else text)
             sys.modules.pop(name, None)
         importlib.invalidate_caches()
@@ -298,6 +300,7 @@ def test_what_a_builder_uses_from_outside_counts(tmp_path: Path, monkeypatch: py
         ("radius=1e-3", "radius=2e-3"),
         ("0.5 * number", "0.6 * number"), ("factory(1.0)", "factory(1.5)"), ("[bead] * 3", "[bead] * 4"),
         ("return value", "return 2.0 * value"), ("EXTRA = 0.0", "EXTRA = 1e-4"),
+        ("LATE = 1.0", "LATE = 2.0"),
     ]  # fmt: skip
     assert len({before, *map(named, changes)}) == len(changes) + 1
 

@@ -189,7 +189,7 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
         ({"path": "a.jpg"}, r"path = .*a\.jpg'.*: must be the name of a file that ends in \.png, or in \.gif"),
         ({"path": "a.gif", "time": 1e-4}, r"time = 0\.0001: must be None for an animation, \.gif"),
         ({"path": "no/a.png"}, "its parent folder does not exist"),
-        ({"time": 1.0}, r"time = 1\.0: must lie between 6.*e-05 and 0\.0002 s"),
+        ({"time": 1.0}, r"time = 1\.0: must lie in the motion, between 6.*e-05 and 0\.0002 s"),
         ({"show": "stress"}, r"show = 'stress': must be one of 'von_mises', 'displacement'"),
         ({"factor": -1.0}, r"factor = -1\.0: must be zero or a positive number"),
     ],
