@@ -58,17 +58,9 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
         (CHAIN, {"beads": [body(surface=None)]}, r"beads\[0\]: surface = None: must be a Surface"),
         (CHAIN, {"beads": [body(shell_flexibility=-1e-9)]}, r"beads\[0\]: shell_flexibility = -1e-09: must be"),
         (CHAIN, {"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
-        (
-            CHAIN,
-            {"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])},
-            r"impact_speed = 0\.3: must be omitted, as the striker sets it",
-        ),
+        (CHAIN, {"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])}, r"impact_speed = 0\.3: must be omitted"),
         (CHAIN, {"inclination": 90.0}, r"inclination = 90\.0: must lie between -2π and 2π, in rad"),
-        (
-            CHAIN,
-            {"striker": hl.PushedBead([0.0, 1.0], [0.0, 0.0]), "impact_speed": None},
-            "must have a positive energy",
-        ),
+        (CHAIN, {"striker": hl.PushedBead([0.0, 1.0], [0.0, 0.0]), "impact_speed": None}, "have a positive energy"),
         (CHAIN, {"law": 3}, r"law = 3: must be None, a law such as PowerLaw"),
         (DEFORMABLE, {"beads": [hl.Cylinder(2e-3, 4e-3, STEEL)]}, re.escape("beads[0] = Cylinder")),
         (DEFORMABLE, {"beads": [BALL, hl.Ellipsoid(2e-3, 6e-3, STEEL, "across")]}, re.escape("beads[1] = Ellipsoid")),
@@ -101,10 +93,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
     [
         # Bodies and laws
         (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
-        (
-            lambda: hl.laws.TabulatedLaw([1e-6], [1.0]),
-            r"approaches = \[1e-06\], forces: must be equally many numbers that increase",
-        ),
+        (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), r"approaches = \[1e-06\], forces: must be equally many"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), "that increase from zero"),
         (lambda: hl.contact_law(3.0, crossing()), r"first = 3\.0: must be a body"),
         (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
@@ -120,14 +109,8 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
             r"behind_flexibility = -1e-06: must be less negative, as this contact is wider",
         ),
-        (
-            lambda: MovingChain(hl.Chain([BEAD], None), None),
-            "beads: must have a contact, but a single bead without a striker",
-        ),
-        (
-            lambda: MovingChain(LONG, FLAT, flexibility=-1e-3),
-            r"flexibility = -0\.001: must be less negative, as this contact",
-        ),
+        (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: must have a contact, but a single bead"),
+        (lambda: MovingChain(LONG, FLAT, flexibility=-1e-3), r"flexibility = -0\.001: must be less negative"),
         (lambda: MovingChain(LONG, FLAT, dt=1e-4), r"dt = 0\.0001: must be below .* for a stable step"),
         (lambda: MovingChain(STICKY, FLAT, dt=2e-6), "dt = 2e-06: must be below"),
         (

@@ -84,10 +84,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             r"additions\[0\] = .*must lie on the plate, x 0 to 1, y 0 to 0\.7 m",
         ),
         (lambda: added(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)), r"additions\[1\] = .*must be parallel"),
-        (
-            lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)),
-            r"additions\[1\] = .*must not overlap an earlier",
-        ),
+        (lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)), r"additions\[1\] = .*must not overlap"),
         (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
         (lambda: sheet(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between ±√.*, 3\.742"),
         (lambda: hl.Ply("carbon", 1e-3), "material = 'carbon': must be a Material or an OrthotropicMaterial"),
@@ -101,10 +98,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: section_of(2e-3, hl.Laminate([hl.Ply(CARBON, 1e-3)])),
             r"thickness = 0\.002: must be None or .* 0\.001",
         ),
-        (
-            lambda: section_of(None, STEEL),
-            "thickness = None: must be a positive number of m, unless material is a Laminate",
-        ),
+        (lambda: section_of(None, STEEL), "thickness = None: must be a positive number of m, unless"),
         (
             lambda: hl.kirchhoff_plate(0.3, 0.3, 1e-3, STEEL, hl.Supports("clamped", "clamped"), (1, 1)).at(0.1, 0.1),
             "the supports hold every degree of freedom",
@@ -122,10 +116,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             "cells = .*at most",
         ),
         (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
-        (
-            lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]),
-            "2000 corners in all, not 3000",
-        ),
+        (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "in all, not 3000"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
     ],
 )
