@@ -67,7 +67,6 @@ def assert_same_waves(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> run = hl.CoSimulation(hl.Chain([bead] * 16, bead, 0.44), hl.half_space(hl.STEEL_440C)).run(until=6e-4)
     >>> hl.testing.assert_same_waves(run, "wall.nc", update=True)

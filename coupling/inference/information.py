@@ -103,7 +103,6 @@ def identifiability(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> def build(modulus, impact_speed):
     ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))

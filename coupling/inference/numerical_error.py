@@ -127,7 +127,6 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> def build(length):
     ...     rod = hl.rod([hl.Layer(hl.PTFE, length, radius=9.525e-3)])

@@ -79,7 +79,6 @@ def map_taps(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import numpy as np
     >>> time = np.arange(0.0, 6e-4, 1e-6)
     >>> def read(file):

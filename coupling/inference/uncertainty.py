@@ -115,7 +115,6 @@ def uncertainty(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> def build(modulus=3e9, impact_speed=0.3):
     ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))

@@ -89,7 +89,6 @@ def batch(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
     >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=2e-4)
     >>> def tap(speed):

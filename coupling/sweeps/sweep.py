@@ -85,7 +85,6 @@ def sweep(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 14, bead, impact_speed=0.1)
     >>> def against(material):

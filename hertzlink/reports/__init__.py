@@ -107,7 +107,6 @@ def report(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> run = hl.CoSimulation(hl.Chain([bead] * 16, bead, 0.3), hl.half_space(hl.PTFE)).run(until=8e-4)
     >>> hl.plots.report(run, "tap.html", title="Tap on PTFE").name
