@@ -183,14 +183,19 @@ def test_the_first_wave_of_a_train_is_the_incident_one() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize(("radius", "wall"), [(2.38e-3, "steel"), (4.76e-3, "steel"), (4.76e-3, "soft")])
 def test_noise_moves_little(radius: float, wall: str) -> None:
-    """White noise of 2 % of the incident peak, 200 draws at 10 MHz: AR within 0.01, TOF within 0.5 µs of the run's."""
+    """White noise of 2 % of the incident peak, 100 draws at 10 MHz: AR scatters by less than 0.006, TOF by less than
+    0.4 µs, and both are on average the run's within half of their scatter."""
     data = run(radius, wall)
     expected, force = hl.reflections(data, 7), hl.sensor_force(data, 7).values
-    noise = 0.02 * expected.incident.amplitude * np.random.default_rng(7).standard_normal((200, force.size))
+    noise = 0.02 * expected.incident.amplitude * np.random.default_rng(7).standard_normal((100, force.size))
     shots = xr.concat([as_signal(data.time, {7: force + one}) for one in noise], "shot")
-    ratios, flights = hl.amplitude_ratio(shots, 7), hl.time_of_flight(shots, 7)
-    assert float(abs(ratios - expected.primary.amplitude_ratio).max()) < 0.01
-    assert float(abs(flights - expected.primary.time_of_flight).max()) < 0.5e-6
+    for measure, truth, most in (
+        (hl.amplitude_ratio, expected.primary.amplitude_ratio, 0.006),
+        (hl.time_of_flight, expected.primary.time_of_flight, 0.4e-6),
+    ):
+        errors = measure(shots, 7).values - truth
+        assert errors.std() < most
+        assert abs(errors.mean()) < 0.5 * errors.std()
 
 
 @pytest.mark.thorough

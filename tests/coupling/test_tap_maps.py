@@ -13,7 +13,7 @@ from independent.walls import EdgedPlate
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
-from coupling.inference.tap_maps import _mean_of_taps, read_grid
+from coupling.inference.tap_maps import _mean_of_taps, read_grid, waves_at
 from coupling.plots.mapped import MARKS
 
 STEP = 0.01
@@ -78,6 +78,19 @@ def test_ar_and_tof_of_pulses_are_inside_their_intervals(tmp_path: Path) -> None
     half = (taps.high - taps.low).values / 2.0
     assert half[:24, 0].max() < 0.01
     assert half[:24, 1].max() < 1e-6
+
+
+def test_intervals_hold_ar_and_tof_of_asymmetric_pulses() -> None:
+    """What a plate sends back rises and falls unequally. Noise of 0.5 %, 2 MHz: of four intervals three or more hold
+    AR, and as many TOF; a fit over a wider part of the pulse put TOF 1.4 µs too low, outside all of them."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    plate = hl.half_plane(4e-3, hl.ALUMINIUM_6061, "clamped", 20e-3, until=6e-4)
+    run = hl.CoSimulation(hl.Chain([bead] * 14, bead, 0.31), plate).run(6e-4, save_every=0.5e-6)
+    force, primary = hl.sensor_force(run, 5).values, hl.reflections(run, 5).primary
+    noise = 0.005 * force.max() * np.random.default_rng(7).standard_normal((4, force.size))
+    read = [waves_at(hl.as_signal(run.time, {5: force + one}), {}) for one in noise]
+    for k, truth in enumerate((primary.amplitude_ratio, primary.time_of_flight)):
+        assert sum(float(one.low[k]) < truth < float(one.high[k]) for one in read) >= 3
 
 
 def read_and_note(file: Path) -> xr.Dataset:
