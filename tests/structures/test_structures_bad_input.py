@@ -136,10 +136,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: hl.damping.damped(hl.damping.damped(BAR, StandardLinearSolid(1.0, 1.0)), Rayleigh(0.0, 1.0)),
             "add Rayleigh before StandardLinearSolid",
         ),
-        (
-            lambda: hl.damping.damped(BAR, Modal(0.1)),
-            r"structure: must consist of modes; reduce it first",
-        ),
+        (lambda: hl.damping.damped(BAR, Modal(0.1)), r"structure: must consist of modes; reduce it first"),
         (lambda: StandardLinearSolid(0.0, 1e-6), "share"),
         (lambda: StandardLinearSolid(0.1, 0.0), "time"),
         (lambda: StandardLinearSolid(0.1, 1e-6, "slow"), "modulus"),
