@@ -65,13 +65,6 @@ def test_hard_cases_at_default_settings(name: str, case: str) -> None:
     assert ratios(couple(CASES[case](), GOOD[name], RETURNED[case])) == pytest.approx(REFERENCE[case], abs=1e-4)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("case", ["soft", "stiff", "chattering"])
-def test_forces_that_are_only_repeated_are_off_by_more(case: str) -> None:
-    """Explicit(predictor=0) at default settings: first order, 512 windows a contact."""
-    assert ratios(couple(CASES[case](), hl.Explicit(0), RETURNED[case])) == pytest.approx(REFERENCE[case], abs=2e-3)
-
-
 ORDERS = [
     (name, structure, 1.0 if name.endswith("0") else 2.0, {"0": 1.0, "1": 2.0}.get(name[-1]))
     for name in SCHEMES

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from unchanged import SpringMass
 
 import hertzlink as hl
 
@@ -14,21 +15,6 @@ BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
 ROD = hl.reduce(hl.rod(LAYERS), until=5e-4)
 UNTIL = 5e-4
-
-
-class SpringMass:
-    """A user's own structure: one mass on one spring."""
-
-    surface = hl.Surface(hl.PTFE)
-
-    def start(self) -> tuple[float, float]:
-        return 0.0, 0.0
-
-    def advance(self, state: tuple[float, float], force: float, window: float) -> tuple[tuple[float, float], float]:
-        rest, c, s = force / 1.7e7, np.cos(3.47e4 * window), np.sin(3.47e4 * window)
-        x, v = state[0] - rest, state[1]
-        moved = rest + x * c + v * s / 3.47e4, v * c - x * s * 3.47e4
-        return moved, moved[0]
 
 
 def chain(count: int = 14, **given: Any) -> hl.Chain:

@@ -7,7 +7,6 @@ import scipy.linalg
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
-from structures.linear_algebra.one_thread import one_thread
 
 
 def threads() -> set[int]:
@@ -21,17 +20,6 @@ def two() -> Iterator[None]:
         if threads() != {2}:
             pytest.skip(f"this BLAS takes {threads()} threads where two are asked for")
         yield
-
-
-def test_overlapping_blocks() -> None:
-    """As of two threads, of which the first to begin is the first to end."""
-    first, second = iter((one_thread, one_thread))
-    first.__enter__()
-    second.__enter__()
-    first.__exit__()
-    assert threads() == {1}
-    second.__exit__()
-    assert threads() == {2}
 
 
 def test_a_reduction_and_what_runs_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
