@@ -135,6 +135,28 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert re.search(r"Beyond 19.4\d mm \(19.* mm\) the edge .* on elastic contacts, and beyond 24.8\d mm \(24", page)
 
 
+def test_warnings_of_fresh_spots_name_their_spot(tmp_path: Path, command: Callable[..., str]) -> None:
+    """10 mm from a free edge two peaks of the wave on a fresh spot are nearly equal; from 5 mm no wave returns."""
+    free = BRASS.replace("clamped", "free").replace("40 mm", "10 mm")
+    (tmp_path / "one.toml").write_text(free, encoding="utf-8")
+    command("run", "one.toml")
+    page = Path("one/report.html").read_text(encoding="utf-8")
+    assert page.count("wave at bead 7: the primary wave has peaks") == 1
+    assert "fresh spot, wave at bead 7: the primary wave has peaks" in page
+    short = CRITICAL.replace('{ from = "10 mm", to = "60 mm", step = "10 mm" }', '["5 mm", "10 mm", "15 mm"]')
+    (tmp_path / "short.toml").write_text(free + short, encoding="utf-8")
+    table = command("run", "short.toml")
+    assert table.count("< 10 ") == 2
+    assert table.count("0.1677 ?") == 1
+    assert "? : whether AR has settled at the greatest distance is not known" in table
+    with xr.open_dataset(tmp_path / "short" / "results.nc") as data:
+        heads = {one.split(":")[0] for one in findings_of(data)}
+    assert heads >= {"waves", "critical distance", "far value", "fresh spot, far value", "fresh spot, wave at bead 7"}
+    page = Path("short/report.html").read_text(encoding="utf-8")
+    assert "From the smallest distance with a wave on, 10.00 mm" in page
+    assert "0.1677, perhaps not settled" in page
+
+
 BRASS = """
 [chain]
 beads = 20

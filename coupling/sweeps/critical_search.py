@@ -1,6 +1,6 @@
 """The search for a critical distance: a scan over distances, then refinement of the last crossing."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise, product
 from math import inf
 from typing import Any
@@ -21,17 +21,9 @@ from structures.checks import listed, not_negative, positive, whole, within
 from structures.structure import Vector
 from structures.units import readable
 
-DEFAULT_BRACKET = 0.2e-3
-"""m. Between samples so close, linear interpolation of AR is far more accurate than any measured distance."""
+DEFAULT_BRACKET = 0.2e-3  # m; linear interpolation of AR in it is far more accurate than any measured distance
 
-SHORTEST_BRACKET = 1e-6
-"""m. A mesh that moves with the contact makes AR scatter by about 1e-5, which corresponds to a few µm of distance."""
-
-NEARLY = 0.7
-"""A turn of a spline between samples of AR is sampled if it reaches this part of the tolerance."""
-
-Curve = dict[float, xr.Dataset]
-"""The measures of one curve, by the distances of the runs, m."""
+Curve = dict[float, xr.Dataset]  # the measures of one curve, by the distances of the runs, m
 
 
 def critical_distance_search(
@@ -78,8 +70,9 @@ def critical_distance_search(
     xarray.Dataset
         Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
         (m; "end": low, high); `lower_bound`, true if the far value is not reached, so that critical_distance is NaN and
-        the low end of the bracket is a lower bound; `far_value`. All samples: `amplitude_ratio`, `time_of_flight` (s)
-        and `sampled` over "distance". NaN at a sampled distance means that no wave returned within the record.
+        the low end of the bracket is a lower bound; `far_value`, and `settled`, true if AR changes by less than half
+        the tolerance over the last third of the distances. All samples: `amplitude_ratio`, `time_of_flight` (s) and
+        `sampled` over "distance". NaN at a sampled distance means that no wave returned within the record.
 
     Raises
     ------
@@ -89,7 +82,8 @@ def critical_distance_search(
     Warns
     -----
     HertzlinkWarning
-        If AR is within the tolerance at all distances, so that the smallest one is an upper bound.
+        If the smallest distance is an upper bound; if AR may leave the tolerance between two samples, or may not have
+        settled at the greatest distance; or if the result depends on the last digits of AR.
 
     References
     ----------
@@ -119,7 +113,8 @@ def critical_distance_search(
         raise ValueError(f"distances: must not hold {twice[0]:g} twice")
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
     tolerances = [positive("tolerance", value) for value in many]
-    bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
+    # A mesh that moves with the contact makes AR scatter by about 1e-5: a few µm of distance.
+    bracket = within("bracket", bracket, 1e-6, inf, "m")
     values = axis_values(axes, OF_RUNS | {"distance", "within", "end"}) if axes else {}
     check_build(build, {"distance": scan, **values})
 
@@ -146,11 +141,8 @@ def critical_distance_search(
 
     data = _dataset(searches, curves, tolerances, values)
     findings = gathered(said, sum(map(len, curves)))
-    if scan[0] > 0.0 and bool((data.bracket.sel(end="low") == 0.0).any()):
-        findings.append(
-            f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {readable(scan[0], 'm', 6)}, "
-            "is an upper bound; give smaller distances"
-        )
+    for point, search in zip([point for point in points for _ in tolerances], searches, strict=True):
+        findings += [one + f" (at {shown(point)})" * bool(point) for one in search.findings()]
     warn(findings)
     data = data if isinstance(tolerance, Iterable) else data.squeeze("within")
     return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
@@ -171,33 +163,65 @@ class _Search:
 
         This is the midpoint of the bracket if it suffices, or if the last step was slow. Otherwise these are two places
         close to the crossing of a cubic spline through three neighbours on each side, if they lie in the bracket. At
-        the end, these are places beyond the bracket at which a spline through all samples turns near the edge of the
-        band or outside it: AR may leave the band between two samples.
+        the end, these are places beyond it, as AR may leave the band between two samples: turns of a spline through all
+        samples near the edge of the band or outside it; else, up to twice the crossing, the middles of wide intervals.
         """
         _, low, high = self.crossing()
-        distances, ratios = as_arrays(self.curve)
-        valid = ~np.isnan(ratios)
-        x, y = distances[valid], ratios[valid]
+        x, y = self.samples()
         if not high < inf:
             return []
         if low not in self.curve or high - low <= self.bracket:
-            spline = CubicSpline(x, y - y[-1])
+            spline = CubicSpline(x, y)
             turns = spline.derivative().roots(extrapolate=False)
-            turns = turns[(turns > high) & (turns < x[-1]) & (abs(spline(turns)) > NEARLY * self.tolerance)]
+            turns = turns[(turns > high) & (turns < x[-1]) & (abs(spline(turns)) > 0.7 * self.tolerance)]
             before, after = x[x.searchsorted(turns) - 1], x[x.searchsorted(turns)]
             far = np.minimum(turns - before, after - turns) > np.maximum(0.1 * (after - before), self.bracket)
-            return [round(place, 9) for place in turns[far].tolist()]
+            # An echo depends on d²/t, so AR turns at distances that grow by a factor.
+            wide = (x[1:] > 1.4 * x[:-1]) & (x[1:] - x[:-1] > self.bracket) & (x[:-1] >= high) & (x[:-1] < 2.0 * high)
+            return [round(place, 9) for place in turns[far].tolist() or (0.5 * (x[1:] + x[:-1]))[wide].tolist()]
         slow, self.before = high - low > 0.5 * self.before, high - low
         if slow or high - low <= 2.0 * self.bracket:
             return [round(0.5 * (low + high), 9)]
-        outside = self.curve[low].amplitude_ratio.item()
-        level = crossed_level(outside, float(ratios[-1]), self.tolerance)
+        level = crossed_level(y[x.searchsorted(low)], 0.0, self.tolerance)
         near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
         spline = CubicSpline(x[near], y[near])
         crossing = brentq(lambda d: spline(d) - level, low, high)
         # The crossing is then nearly midway between two samples whose distance is a little less than the bracket.
         reach = 0.45 * self.bracket
         return [round(place, 9) for place in (crossing - reach, crossing + reach) if low < place < high]
+
+    def samples(self) -> tuple[Vector, Vector]:
+        """Return the distances with a wave, m, and AR there less its far value."""
+        x, y = as_arrays(self.curve)
+        return x[~np.isnan(y)], y[~np.isnan(y)] - y[-1]
+
+    def change(self) -> float:
+        """Return the range of AR in the last third of the distances beyond the crossing, or in the last three; infinite
+        if there are fewer with a wave."""
+        x, y = self.samples()
+        x, y = x[x >= self.crossing()[2]], y[x >= self.crossing()[2]]
+        return float(np.ptp(y[x >= min(x[-1] / 1.5, x[-FEWEST])])) if x.size >= FEWEST else inf
+
+    def findings(self) -> Iterator[str]:
+        """Yield what may mislead in the result."""
+        (distances, ratios), (found, low, high) = as_arrays(self.curve), self.crossing()
+        missing = [readable(d, "m", 4) for d in distances[np.isnan(ratios)].tolist() if not d < low]
+        if np.isinf(high):
+            return  # a lower bound says so
+        if missing:
+            yield f"waves: none returned at {', '.join(missing)}, so AR is not known there"
+        if low == 0.0 < high:
+            cure = "" if missing else "; give smaller distances"
+            which = f"all distances{' with a wave' * bool(missing)}, so the smallest, {readable(high, 'm', 6)}"
+            yield f"{LABEL}: AR is within the tolerance at {which}, is an upper bound{cure}"
+        if not (change := self.change()) <= 0.5 * self.tolerance:
+            why = f"AR changes by {change:.2g} in the last third of the distances"
+            few = "fewer than three distances beyond the critical one have a wave"
+            yield f"far value: AR may not have settled: {why if change < inf else few}; give greater distances"
+        for factor in (0.95, 1.05):
+            other = last_crossing(distances, ratios, factor * self.tolerance)[0]
+            if abs(other - found) > 0.1 * found:
+                yield f"tolerance: {factor} times the tolerance gives a {LABEL} of about {readable(other, 'm', 2)}"
 
 
 def as_arrays(curve: Curve) -> tuple[Vector, Vector]:
@@ -220,11 +244,13 @@ def _dataset(
     found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
     far = np.reshape([as_arrays(curve)[1][-1] for curve in curves], shape)
     bound, metres = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}, {"units": "m"}
+    settled = np.reshape([search.change() <= 0.5 * search.tolerance for search in searches], found.shape[:-1])
     variables |= {
         "sampled": (each, np.reshape(sampled, (*shape, -1)), {"long_name": "whether there is a run"}),
         "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
         "bracket": ([*over, "end"], found[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
         "lower_bound": (over, np.isinf(found[..., 2]), bound),
+        "settled": (over, settled, {"long_name": "whether AR has settled at the greatest distance"}),
         "far_value": ([*values], far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
     }
     coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}

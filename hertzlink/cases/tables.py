@@ -16,7 +16,7 @@ from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.case import YIELDING
 from hertzlink.cases.tasks import Task, count_of_beads, of_chain
-from structures.caution import collected
+from structures.caution import caution, collected
 from structures.checks import count_of
 
 WIDTH, MOST_ROWS = 80, 40  # of a table on the terminal; the file has all rows
@@ -96,8 +96,11 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
     if (tables[0].data.filter(like=AR) > 1.0).any(axis=None):
         below.insert(0, fill(f"AR {ABOVE_ONE}", WIDTH))
     if yielded is not None:
-        with collected():  # The warnings of a run are those of its elastic contacts.
-            others, _ = tables_of(task, yielded)
+        with collected() as fresh:
+            others, more = tables_of(task, yielded)
+        for message in fresh:
+            caution(f"fresh spot, {message}")
+        below[:0] = [remark for remark in more if remark[:1] in "<>?" and remark not in below]
         for i, (elastic, yielding) in enumerate(zip(tuple(tables), others, strict=True)):
             if elastic.file == "traces.csv":  # their times differ
                 tables.append(Table("traces_yielding.csv", yielding.data))
@@ -181,11 +184,16 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
         if bool(at.lower_bound):
             remarks.add("> : AR still changes at the last distance that the record allows; the critical one is larger")
         if low == 0.0:
-            remarks.add("< : AR is within the tolerance at all distances; give smaller distances")
+            remarks.add("< : AR is within the tolerance at all distances with a wave")
+        unknown = " ?" * bool(np.isfinite(high) and not at.settled)
+        if unknown:
+            remarks.add("? : whether AR has settled at the greatest distance is not known")
         best, *ends = (along.shown(number, 4) for number in (critical, low, high))
-        best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
+        best = (
+            "?" if np.isnan(low) else f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
+        )
         texts = [axis.shown(value) for axis, value in zip(others, values, strict=True)]
-        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", f"{far:.4f}"])
+        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", f"{far:.4f}{unknown}"])
 
     names, columns = [axis.name for axis in others], [axis.column for axis in others]
     every = data[["sampled", "amplitude_ratio", "time_of_flight"]].to_dataframe([*names, "distance"]).reset_index()

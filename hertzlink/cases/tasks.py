@@ -248,7 +248,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
         law = {(*call.path, "law"): {"kind": "jackson_green"} for call in task.case.all("chain")}
         others = {"measure.numerical_error": False, "sensitivities": None}
         try:
-            with collected():  # the user was warned of the same in the first run
+            with collected() as fresh:
                 yielded = run_task(task_of(task.case.changed(law | others)), jobs)
         except ValueError:
             pass  # A case that cannot run with the law keeps its findings.
@@ -258,6 +258,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
                 [one.split("; ")[0] + cure if is_of_yield(one) else one for one in many] for many in (said, findings)
             )
             data = with_warnings(data, findings)
+            said += [f"fresh spot, {one}" for one in fresh if one not in (*said, *findings) and not is_of_yield(one)]
     for message in dict.fromkeys(said):
         caution(message)
     return data, yielded

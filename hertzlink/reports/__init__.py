@@ -153,7 +153,8 @@ def page_of(
         sketch, page.texts = sketch_and_input(data, setup)
     page.title = title or page.title
     page.pictures[:0] = sketch
-    page.warnings = one_of_each([*findings_of(data), *said])
+    # With a second result the warnings of both were gathered when their tables were made, and name their spot.
+    page.warnings = one_of_each([*findings_of(data), *(said if yielded is None else ())])
     page.facts = usual_facts(None if "taps" in data else took, data.attrs)  # a map may continue an earlier one
     return page
 

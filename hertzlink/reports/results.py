@@ -38,6 +38,8 @@ DEFINED = (
 
 WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spots and on spots that taps have dented."
 
+UNSETTLED = "Whether AR has settled at the greatest distance is not known; greater distances show it."
+
 FRESH_SPOT = (
     "The first tap on a fresh spot dents the metal, which takes energy from the wave: the values with yielding hold "
     "there. After earlier taps of the same strength on the spot, the elastic values hold for a thick body. For a thin "
@@ -198,7 +200,7 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     what = "the edge" if "distance" in words else words
     # A case with a law of its own has one result, whose contacts may yield.
     spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
-    (factor, unit), rows = parameter(data.distance), list[list[str]]()
+    (factor, unit), rows, unsettled = parameter(data.distance), list[list[str]](), False
     for number, place in enumerate(np.ndindex(*critical.shape)):
         at, found = point_in_words(critical, critical.dims, place), list[str]()
         where = f", for {said_of(at)}" * bool(at)
@@ -209,17 +211,23 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
             low_end, distance, high_end = (f"{end:#.4g}".rstrip(".") for end in ends)
             between, changes = f"{low_end} to {high_end}", f"{what} changes AR by less than {float(curve.within):g}"
             said = f"beyond {distance} {unit} ({between} {unit}) {changes}"
+            far = f"{float(curve.far_value):.4f}"
             if np.isnan(curve.far_value):
                 distance, between = "not found", "no reflected wave far away"
                 said = f"the influence of {what} is not known, because the record ends before the wave comes back"
+            elif np.isnan(low):
+                distance, between = "not found", "a reflected wave from the greatest distance only"
+                said = f"the influence of {what} is not known, because a wave returns from the greatest distance only"
             elif not np.isfinite(high):
                 distance, between = f"more than {low_end}", "greater distances are needed"
                 said = f"at {low_end} {unit} {changes.replace('less', 'more')}, so {between}"
             elif low <= 0.0:
                 distance = f"less than {distance}"
-                said = f"from the smallest distance on, {high_end} {unit}, {changes}"
+                said = f"from the smallest distance with a wave on, {high_end} {unit}, {changes}"
+            if np.isfinite(high) and not curve.settled:
+                far, unsettled = f"{far}, perhaps not settled", True
             found.append(f"{said} {spot}".rstrip())
-            rows.append([*at.values(), *([spot] * bool(spot)), distance, between, f"{float(curve.far_value):.4f}"])
+            rows.append([*at.values(), *([spot] * bool(spot)), distance, between, far])
         same = f" {changes}" * (changes in found[0])
         answer = ", and ".join([found[0], *(one.replace(same, "") for one in found[1:])])
         page.sentences.append(f"{answer[:1].upper()}{answer[1:]}{where}.")
@@ -230,7 +238,7 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     head = [*(words_of(critical[name]) for name in critical.dims), *["contacts"] * (yielded is not None)]
     head += [f"critical distance ({unit})", f"between ({unit})", "AR far away"]
     page.tables.append(Table("Critical distances", head, rows))
-    page.sentences += [WHICH_DISTANCE, FRESH_SPOT] * (yielded is not None) + [DEFINED]
+    page.sentences += [UNSETTLED] * unsettled + [WHICH_DISTANCE, FRESH_SPOT] * (yielded is not None) + [DEFINED]
     return page
 
 

@@ -152,6 +152,50 @@ def test_a_turn_between_samples_counts() -> None:
     assert found.critical_distance.item() == pytest.approx(0.0525 + 0.003 * np.sqrt(np.log(1.25)), abs=5e-5)
 
 
+def dip(place: float, depth: float, distance: float) -> float:
+    """A turn of AR, 2.5 mm wide, below a far value that holds everywhere else."""
+    return float(0.5 - depth * np.exp(-(((distance - place) / 0.0025) ** 2)))
+
+
+def test_a_turn_that_a_coarse_scan_steps_over_counts() -> None:
+    """All samples of the scan lie within 0.001 of the far value; AR leaves the band between the first two."""
+    seen: list[float] = []
+    found = find(partial(sampled, partial(dip, 0.017, 0.025), seen), distances=[0.012, 0.062, 0.112, 0.162])
+    assert found.critical_distance.item() == pytest.approx(0.017 + 0.0025 * np.sqrt(np.log(1.25)), abs=5e-5)
+    assert len(seen) < 20
+    assert found.settled
+    assert "warnings" not in found.attrs or "far value" not in found.attrs["warnings"]
+
+
+def test_a_turn_near_the_edge_of_the_band_is_announced() -> None:
+    """The dip at 50 mm reaches 0.0195: with a tolerance of 0.019 it counts."""
+    with pytest.warns(
+        hl.HertzlinkWarning, match=r"0\.95 times the tolerance gives a critical distance of about 5\d mm"
+    ):
+        found = find(partial(sampled, lambda d: falling(3.0 * d) + dip(0.05, 0.0195, d) - 0.5, []))
+    assert found.critical_distance.item() == pytest.approx(0.01 / 3.0 * np.log(25.0), abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("distances", "why"),
+    [
+        ([0.005, 0.011, 0.0125, 0.0155], r"AR changes by 0\.016 in the last third of the distances"),
+        ([0.005, 0.0125, 0.015], "fewer than three distances beyond the critical one have a wave"),
+    ],
+)
+def test_a_short_scan_is_said_to_be_short(distances: list[float], why: str) -> None:
+    """AR rises by 0.0035 a mm, and no wave returns at 5 mm."""
+    with pytest.warns(hl.HertzlinkWarning) as said:
+        found = find(partial(sampled, lambda d: NAN if d < 0.008 else 0.5 + 3.5 * d, []), distances=distances)
+    texts = "\n".join(str(one.message) for one in said)
+    assert not found.settled
+    assert re.search(f"^far value: AR may not have settled: {why}; give greater distances$", texts, re.MULTILINE)
+    assert "waves: none returned at 5 mm, so" in texts
+    smallest = f"the smallest, {1e3 * distances[1]:g} mm, is an upper bound"
+    assert f"at all distances with a wave, so {smallest}" in texts
+    assert f"{smallest};" not in texts
+
+
 def test_several_tolerances_share_samples_and_their_order() -> None:
     """A looser tolerance is met nearer to the edge; no distance is run twice."""
     seen: list[float] = []

@@ -19,7 +19,7 @@ import hertzlink as hl
 from coupling.inference.identification import Identification
 from coupling.inference.uncertainty import Uncertainty
 from hertzlink.reports import Page, Table, html, page_of
-from hertzlink.reports.results import FRESH_SPOT, WHICH_DISTANCE
+from hertzlink.reports.results import FRESH_SPOT, UNSETTLED, WHICH_DISTANCE
 
 EVIL = "<script>alert('x')</script> & \"$\\frac$\" --> <!-- $_{"
 """A name that breaks pages which do not escape it, and figures that read it as a formula."""
@@ -127,7 +127,7 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
     elastic, yielding = (
         xr.Dataset(
             {
-                "critical_distance": critical, "bracket": ("end", bracket), "far_value": 0.5,
+                "critical_distance": critical, "bracket": ("end", bracket), "far_value": 0.5, "settled": True,
                 "sampled": ("distance", sampled), "amplitude_ratio": ("distance", [0.7, 0.52, 0.5]),
             },
             {"distance": ("distance", distance, {"units": "m", "long_name": "distance"}), "within": 0.02},
@@ -153,11 +153,25 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
     unknown = "The influence of the edge is not known, because the record ends before the wave comes back"
     for bracket, far, words in (
         ([0.03, np.inf], 0.5, "At 30.00 mm the edge changes AR by more than 0.02, so greater distances are needed"),
-        ([0.0, 0.01], 0.5, "From the smallest distance on, 10.00 mm, the edge changes AR by less than 0.02"),
+        (
+            [np.nan, np.nan],
+            0.5,
+            "The influence of the edge is not known, because a wave returns from the greatest distance only",
+        ),
+        (
+            [0.0, 0.01],
+            0.5,
+            "From the smallest distance with a wave on, 10.00 mm, the edge changes AR by less than 0.02",
+        ),
         ([0.0, np.inf], np.nan, unknown),
     ):
         edge = elastic.assign(bracket=("end", bracket), critical_distance=0.005, far_value=far)
-        assert page_of(edge).sentences[0] == f"{words}."
+        page = page_of(edge)
+        assert page.sentences[0] == f"{words}."
+        assert UNSETTLED not in page.sentences
+    page = page_of(elastic.assign(settled=False))
+    assert page.sentences[1] == UNSETTLED
+    assert page.tables[0].rows[0][-1] == "0.5000, perhaps not settled"
 
 
 def test_report_of_a_batch_and_of_a_signal(tmp_path: Path) -> None:
