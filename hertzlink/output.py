@@ -158,4 +158,5 @@ def write_file(path: Path, content: bytes) -> None:
 
 def unchanged(error: OSError, path: Path) -> OSError:
     """Return the error of writing a file or folder, with the remark that nothing was changed."""
-    return OSError(error.errno, f"{error.strerror or error}; nothing was changed", str(path))
+    reason = error.strerror or str(error) if path.parent.is_dir() else f"the folder {path.parent} does not exist"
+    return OSError(error.errno, f"{reason}; nothing was changed", str(path))

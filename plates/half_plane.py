@@ -162,7 +162,7 @@ class HalfPlane(NamedTuple):
         # The phase of sin(ωt) times an echo, a k² t + 2kd, is the same in all intervals.
         first, total = (until * end + 2.0 * path * (end / a) ** 0.5 for end in (lowest, highest))
         if total > MOST_PHASE:
-            raise ValueError(f"until = {until!r}: must be shorter, as it requires too many oscillators")
+            raise ValueError(f"until = {until!r}: must be about {0.95 * until * MOST_PHASE / total:.2g} s or less")
         phases = np.linspace(first, total, int(np.ceil((total - first) / PHASE)) + 1)
         wavenumber, width = _gauss((np.sqrt(path**2 + a * until * phases) - path) / (a * until))
         frequency = a * wavenumber**2

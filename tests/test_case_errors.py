@@ -167,7 +167,7 @@ WRONG_PLATES = [
     ('thickness = "2 mm"', 'thickness = "2 mm"\nedge = "free"', 11, "structure.edge: is not an entry here; did you mean supports?"),
     ('kind = "kirchhoff_plate"', 'kind = "plate"', 7, '"plate" is not a kind; did you mean'),
     # Sweeps.
-    ('"structure.thickness" = ["2 mm", "3 mm"]', '"structure.thicknes" = ["2 mm", "3 mm"]', 19, "sweep.\"structure.thicknes\"[0]: is not an entry here; did you mean thickness?"),
+    ('"structure.thickness" = ["2 mm", "3 mm"]', '"structure.thicknes" = ["2 mm", "3 mm"]', 19, "sweep.\"structure.thicknes\": is not an entry here; did you mean thickness?"),
     ('["2 mm", "3 mm"]', '["2 mm", "3 mn"]', 19, 'sweep."structure.thickness"[1]: "3 mn": "mn" is not a unit'),
     ('["2 mm", "3 mm"]', '["2 mm", "2 mm"]', 19, 'sweep."structure.thickness"[1]: "2 mm" is given twice'),
     ('["2 mm", "3 mm"]', "[]", 19, 'sweep."structure.thickness": [] has 0 entries; must have at least 1'),
@@ -286,9 +286,9 @@ UNQUOTED = [
     ("adaptive = True", "True is not a value of TOML; write true"),
     ("radius = 4,76e-3", "4,76e-3 is not a number; write 4.76e-3"),
     ('a = "300 mm" 2', "Expected newline or end of document after a statement; this is not valid TOML"),
-    ("a = 3 # first\na = 4", "this entry or section is given twice; keep one of them"),
-    ("[run]\n[run]", "this entry or section is given twice; keep one of them"),
-    ("[chain]\n[chain]", "this entry or section is given twice; keep one of them, or write [[chain]] above each"),
+    ("a = 3 # first\na = 4", "a is given twice; keep one of them"),
+    ("[run]\n[run]", "[run] is given twice; keep one of them"),
+    ("[chain]\n[chain]", "[chain] is given twice; keep one of them, or write [[chain]] above each"),
     ("a = 1" + "0" * 5000, "Exceeds the limit"),
     ('mesh = "C:\\dir\\me.msh"', 'a backslash has a meaning in "..."; write / in paths, or single quotes'),
     ("a = “2 mm”", '“ is not a quotation mark of TOML; write "'),
@@ -420,7 +420,7 @@ def test_new_writes_no_file_twice(complaint: Callable[..., str]) -> None:
     assert Path("rod.toml").read_text() == "mine"
     assert "did you mean rod?" in complaint("new", "rodd")
     assert '"none.nc" is not a kind of case; must be one of chain, ' in complaint("new", "none.nc")
-    assert "No such file or directory; nothing was changed" in complaint("new", "rod", "no/such/place.toml")
+    assert "the folder no/such does not exist; nothing was changed" in complaint("new", "rod", "no/such/place.toml")
 
 
 BASE = """\

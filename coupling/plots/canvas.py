@@ -1,5 +1,6 @@
 """The common parts of all plots of results: axes, colours, the legend below, names in words."""
 
+import re
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE = "#222222", "#8a8a8a"
 WIDTH, HEIGHT = 6.4, 4.0  # of a figure, inches
 SMALL = 8.5  # size of the letters of legends and notes, points
-LETTERS_PER_INCH, ROW = 12.2, 0.2  # of a legend: letters in an inch, height of a line in inches
+LETTERS_PER_INCH, ROW = 12.2, 0.18  # of a legend: letters in an inch, height of a line in inches
 UNDER = 0.48  # height of the numbers and the label below axes, inches
+TOGETHER = re.compile(r"(?<==) | (?=(?:=|[mµ]?[msN]|%)(?:\W|$))")  # spaces where no line breaks: AR = 0.3, 5 µs
 MARK = "hertzlink"  # the name of figures that the plots have made and may resize
 
 
@@ -60,9 +62,8 @@ def from_zero(ax: "Axes") -> None:
 
 def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
     """Draw a cross at the bottom for each place where a curve has no value: a point at 0 would show a value."""
-    height = np.full(len(x), 0.03 + 0.05 * number)
     look = dict[str, Any](color=COLOURS[number], markersize=6.0, linestyle="none") | look
-    ax.plot(x, height, marker="x", transform=ax.get_xaxis_transform(), **look)
+    ax.plot(x, np.full(len(x), 0.03 + 0.05 * number), marker="x", transform=ax.get_xaxis_transform(), **look)
 
 
 def legend_below(ax: "Axes", title: str = "", height: float | None = None, under: float = UNDER) -> None:
@@ -74,10 +75,10 @@ def legend_below(ax: "Axes", title: str = "", height: float | None = None, under
 
     figure: Any = ax.get_figure(root=True)
     width = float(figure.get_figwidth())
-    longest = max(20, int(LETTERS_PER_INCH * width))
     handles = dict[str, Any]()
     for handle, words in zip(*ax.get_legend_handles_labels(), strict=True):
-        handles.setdefault(fill(plain(UNTIL.sub(r"until = \1", words)), longest), handle)
+        words = TOGETHER.sub("\xa0", plain(UNTIL.sub(r"until = \1", words)))
+        handles.setdefault(fill(words, max(20, int(LETTERS_PER_INCH * width))).replace("\xa0", " "), handle)
     if figure.get_gid() == MARK:
         rows = sum(text.count("\n") + 1 for text in handles) + bool(title)
         figure.set_figheight((HEIGHT / WIDTH * width - 2.0 * ROW if height is None else height) + ROW * max(2, rows))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from coupling.plots.canvas import INK, PALE, SMALL, axes_for, plain, styled
+from coupling.plots.canvas import INK, PALE, SMALL, axes_for, in_words, plain, styled
 from structures.checks import instance, one_of
 from structures.units import readable
 
@@ -34,7 +34,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     Returns
     -------
     Axes
-        A square for each point with a value, with numbers if there are at most 49 points. Markers show verdicts.
+        A cell for each point with a value, with numbers if there are at most 49 points. Markers show verdicts.
 
     Examples
     --------
@@ -56,29 +56,27 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
     one = taps.sel(unknown=name)
     size, unit = float(one.unit_size), str(one.unit.item())
     verdicts = np.array([str(verdict).partition(":")[0] for verdict in one.verdict.values])
-    value = np.where(verdicts == "blind", np.nan, one.value) if show == "value" else (one.high - one.low).values / 2.0
-    value = value / size
+    half = (one.high - one.low).values / 2.0
+    value = (np.where(verdicts == "blind", np.nan, one.value) if show == "value" else half) / size
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
     from matplotlib.patheffects import withStroke
 
     ax = axes_for(ax, 5.6, 4.6)
     x, y = (taps[along].values / taps[along].attrs["size"] for along in "xy")
-    width, height = _spacing(x, y), _spacing(y, x)
+    (left, right), (low, high) = _edges(x, y), _edges(y, x)
     known = np.flatnonzero(np.isfinite(value))
-    corners = zip(x[known] - 0.5 * width, y[known] - 0.5 * height, strict=True)
-    squares = PatchCollection([Rectangle(one, width, height) for one in corners], cmap=colours, edgecolor="white")
+    cells = [Rectangle((left[k], low[k]), right[k] - left[k], high[k] - low[k]) for k in known]
+    squares = PatchCollection(cells, cmap=colours, edgecolor="white")
     squares.set_array(value[known])
     squares.set_clim(least)
     ax.add_collection(squares)
-    label = plain(name) + f" ({unit})" * bool(unit)
-    words = label if show == "value" else f"half of the 95 % interval of\n{label}"
-    ax.get_figure().colorbar(squares, ax=ax, label=words, shrink=0.8)  # type: ignore[union-attr]
+    words = "half of the 95 % interval of\n" * (show == "error") + plain(in_words(name.rpartition(".")[2]))
+    ax.get_figure().colorbar(squares, ax=ax, label=words + f" ({unit})" * bool(unit), shrink=0.8)  # type: ignore[union-attr]
     for place in known if len(value) <= MOST_NUMBERS else ():
-        red, green, blue, _ = squares.to_rgba(value[place])
-        ink = "white" if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else INK
+        ink = "white" if np.dot(squares.to_rgba(value[place])[:3], (0.3, 0.6, 0.1)) < 0.5 else INK
         text = f"{value[place]:#.4g}" if show == "value" else readable(value[place], "", 1)
-        level = y[place] - 0.32 * height * (verdicts[place] in MARKS)  # below its marker
+        level = y[place] - 0.64 * (y[place] - low[place]) * (verdicts[place] in MARKS)  # below its marker
         ax.text(x[place], level, text, color=ink, fontsize=SMALL - 1.5, ha="center", va="center")
 
     for verdict, marker in MARKS.items():
@@ -91,15 +89,17 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
             )  # fmt: skip
     styled(ax, *(f"{along} ({taps[along].attrs['unit']})" for along in "xy"))
     ax.grid(visible=False)
-    ax.set_aspect("equal")
-    ax.set_xlim(x.min() - 0.6 * width, x.max() + 0.6 * width)
-    ax.set_ylim(y.min() - 0.6 * height, y.max() + 0.6 * height)
+    ax.set(aspect="equal", xlim=(left.min(), right.max()), ylim=(low.min(), high.max()))
     if ax.get_legend_handles_labels()[1]:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=SMALL, ncols=2)
     return ax
 
 
-def _spacing(along: Any, across: Any) -> float:
-    """Return the least distance between neighbours along an axis, or along the other axis if there is none."""
-    steps = [np.diff(np.unique(np.round(values, 9))) for values in (along, across)]
-    return float(next((step.min() for step in steps if step.size), 1.0))
+def _edges(along: Any, across: Any) -> tuple[Any, Any]:
+    """Return where the cell of each point begins and ends along an axis; as wide as across it where all are in line."""
+    places, others = (np.unique(np.round(values, 9)) for values in (along, across))
+    steps = next((np.diff(one) for one in (places, others) if len(one) > 1), np.ones(1))
+    middles = 0.5 * (places[:-1] + places[1:])
+    edges = np.array([places[0] - 0.5 * steps[0], *middles, places[-1] + 0.5 * steps[-1]])
+    number = np.searchsorted(middles, along)
+    return edges[number], edges[number + 1]

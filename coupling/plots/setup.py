@@ -98,7 +98,7 @@ def setup(run: Any, ax: Axes | None = None) -> Axes:
             touching = {point: of for of, end, at, point in contacts if (end, at) == (LAST, faced[LAST])}
             top = min(top, draw_front(ax, structures[faced[LAST]], touching, x + 12.0, y, row) - 6.0)
 
-    ax.set_aspect("equal", anchor="N")
+    ax.set_aspect("equal", anchor="NW")
     ax.set_axis_off()
     ax.autoscale_view()
     left, right = ax.get_xlim()
@@ -108,7 +108,7 @@ def setup(run: Any, ax: Axes | None = None) -> Axes:
     ax.margins(0.02)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     width = float(ax.get_figure(root=True).get_figwidth())  # type: ignore[union-attr]
-    legend_below(ax, "", 3.0 * ROW + width * (high - low) / (right - left), 0.5 * ROW)
+    legend_below(ax, "", 1.5 * ROW + width * min(1.0, (high - low) / (right - left)), 0.5 * ROW)
     return ax
 
 

@@ -45,7 +45,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     Returns
     -------
     Axes
-        Time in µs, force above the preload in N. A missing wave is named in the legend, with the reason.
+        Time in µs, force in N, above a preload. A missing wave is named in the legend, with the reason.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
     >>> axes = hl.plots.traces(run, sensors=8)
     >>> print(axes.get_xlabel(), axes.get_ylabel(), sep="; ")
-    time (µs); force above the preload (N)
+    time (µs); force (N)
     """
     reading = Reading(run)
     numbers = sensors_of(reading, sensors)
@@ -68,7 +68,8 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
         mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
     ax.axhline(0.0, color=INK, linewidth=0.4)
     ax.margins(x=0.0, y=0.1)
-    styled(ax, "time (µs)", "force above the preload (N)")
+    is_preloaded = "static_force" in run and bool((run.static_force > 0.0).any())
+    styled(ax, "time (µs)", "force" + " above the preload" * is_preloaded + " (N)")
     legend_below(ax)
     return ax
 
@@ -172,14 +173,12 @@ def mark_waves(
     except ValueError as error:
         ax.plot([], [], linestyle="none", label=f"{who}no AR and TOF: {error}")
         return
-    for name, words in waves.in_words().items():
+    for name in which:
         wave = getattr(waves, name)
-        if name not in which:
-            continue
-        place = ([1e6 * wave.arrival], [wave.amplitude]) if wave else ([], [])
+        place, marker = (([1e6 * wave.arrival], [wave.amplitude]), WAVE_MARKERS[name]) if wave else (([], []), "")
         ax.plot(
-            *place, WAVE_MARKERS[name], color=colour, markersize=6.0, markerfacecolor="white", markeredgewidth=1.2,
-            label=f"{who}{name} wave: {words}",
+            *place, marker=marker, linestyle="none", color=colour, markersize=6.0, markerfacecolor="white",
+            markeredgewidth=1.2, label=f"{who}{name} wave: {waves.in_words()[name]}",
         )  # fmt: skip
 
 

@@ -36,7 +36,7 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int) -> tup
     if not isfinite(leaves) and found.samples:
         there = float(time[found.samples[0]]) + 2.0 * found.travel
         if there < ends:
-            return f"no push on a structure ends within the record, {readable(ends, 's', 4)}", nan
+            return f"there is no structure, or nothing pushes it within the record, {readable(ends, 's', 4)}", nan
         leaves = there + PUSH * hop
     if found.cut:
         needed = ends + WAVE_LENGTH * slowest * hop

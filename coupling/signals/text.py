@@ -164,8 +164,8 @@ def samples_in(
     if not three.any() or numbers[chosen].isna().all().any():
         raise ValueError(
             f"{path}: must hold a line for each sample, with numbers in columns {', '.join(map(str, chosen))}, counted "
-            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; decimal commas need another delimiter between "
-            "columns, and a file without times needs interval="
+            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; columns are separated by ; | , tabs or "
+            "blanks, by no comma where decimals have commas; a file without times needs interval="
         )
     first, end = int(three.argmax()), int(np.flatnonzero(is_sample)[-1]) + 1
     is_sample = is_sample[first:] if timed_by else np.arange(first, len(lines)) < end

@@ -297,7 +297,8 @@ def _syntax(name: str, message: str, text: str) -> str:
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
     reason = f"{words}; this is not valid TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
-        reason = "this entry or section is given twice; keep one of them"
+        key = re.search("key '(.*)'", words) or re.match(r"""([\w."' -]+?) *(?==)|\[.*\]$""", rows[line - 1].strip())
+        reason = f"{(key[1] or key[0]) if key else 'this entry or section'} is given twice; keep one of them"
         if row.strip() in ("[chain]", "[structure]"):
             reason += f", or write [{row.strip()}] above each"
     elif "Unescaped '\\'" in words or "Invalid hex" in words:

@@ -128,7 +128,8 @@ def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
     try:
         si = case.changed({path: value}).value(path)
     except Fault as fault:
-        raise Fault(place, fault.reason if fault.path == path else f"makes {fault}") from None
+        of_key = fault.reason.startswith("is not an entry")  # and not of one of its values
+        raise Fault(place[:2] if of_key else place, fault.reason if fault.path == path else f"makes {fault}") from None
     except ValueError as error:
         raise Fault(place, str(error)) from None
     return si if isinstance(si, int | float | str) else value

@@ -41,9 +41,8 @@ WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spo
 UNSETTLED = "Whether AR has settled at the greatest distance is not known; greater distances show it."
 
 FRESH_SPOT = (
-    "The first tap on a fresh spot dents the metal, which takes energy from the wave: the values with yielding hold "
-    "there. After earlier taps of the same strength on the spot, the elastic values hold for a thick body. For a thin "
-    "plate they do not: the flattened spot is stiffer, and AR stays near that of a fresh spot."
+    "The first tap on a fresh spot dents the metal, which takes energy from the wave. After taps of this strength a "
+    "thick body answers as the elastic values say; on a thin plate AR stays near that of a fresh spot."
 )
 
 
@@ -64,10 +63,10 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
         def forces(ax: Any, one: xr.Dataset = one, fresh: list[xr.Dataset] = fresh) -> None:
             traces.traces(one, numbers, ax)
             for place, number in enumerate(numbers * len(fresh)):
-                force, colour = sensor_force(fresh[0], number), COLOURS[-1 - place % len(COLOURS)]
+                force, colour = sensor_force(fresh[0], number), COLOURS[(len(numbers) + place) % len(COLOURS)]
                 label = f"bead {number} on a fresh spot, where the metal yields"
                 ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.3, label=label)
-                traces.mark_waves(ax, fresh[0], number, colour, label.partition("where")[0], ("primary",))
+                traces.mark_waves(ax, fresh[0], number, colour, label.partition("where")[0], ("primary", "secondary"))
                 legend_below(ax)
 
         words = f"Force at bead{'s' * (len(numbers) > 1)} {beads}{who}, and its waves."
@@ -292,8 +291,7 @@ def identification_page(data: xr.Dataset) -> Page:
         picture(f"fit-{number}", f"Fitted and measured force at bead {number}.", "fit", number)
         words = f"The residual of the fit at bead {number}, in units of the noise."
         picture(f"residual-{number}", words, "residual", number, folded=True)
-    words, height = "How exactly each unknown is determined.", 1.4 + 0.42 * len(unknowns)
-    picture("intervals", words, "intervals", height=height)
+    picture("intervals", "How exactly each unknown is determined.", "intervals", height=1.4 + 0.42 * len(unknowns))
     words = "Correlations: unknowns near 1 or −1 cannot be distinguished."
     picture("correlation", words, "correlation", height=WIDTH - 1.0, folded=True)
     return page

@@ -83,7 +83,7 @@ def test_traces_show_force_and_waves_in_words() -> None:
     assert f"AR = {waves.primary.amplitude_ratio:.4f}, TOF = {tof:.2f} µs" in next(
         w for w in words(ax) if "primary" in w
     )
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (µs)", "force above the preload (N)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (µs)", "force (N)")
 
 
 def test_a_missing_wave_is_named_with_its_reason() -> None:
