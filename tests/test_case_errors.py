@@ -335,10 +335,7 @@ def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
 SIGNALS = [
     (None, "trace.csv: there is no such file"),
     ("", "trace.csv: holds 0 lines, must hold 16 samples or more"),
-    (
-        "a,b,c\n" * 40,
-        "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a line is ",
-    ),
+    ("a,b,c\n" * 40, "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a"),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
     (samples(900, ""), "trace.csv: the times count the samples, or their unit is missing; give time_unit="),
     (

@@ -70,16 +70,8 @@ WRONG: list[tuple[str, Any, str]] = [
     ("chain[1].on", {"point": 0}, r"chain\[1\]\.on: is the contact point of another chain"),
     ("chain[1].behind", {"point": 0}, r"chain\[1\]\.behind: is the contact point of another chain"),
     ("chain[0].damping", {"kind": "modal", "ratio": 0.1}, r"chain\[0\]\.damping: acts inside beads that deform"),
-    (
-        "structure.damping",
-        [{"kind": "loss_factor", "factor": 5.0}],
-        r"damping\[0\]\.factor: 5\.0 must lie between 0 and 1",
-    ),
-    (
-        "structure.damping",
-        [{"kind": "modal", "ratio": [0.1, -0.1]}],
-        r"damping\[0\]\.ratio: \[0\.1, -0\.1\] must be a number",
-    ),
+    ("structure.damping", [{"kind": "loss_factor", "factor": 5.0}], r"damping\[0\]\.factor: 5\.0 must lie between 0"),
+    ("structure.damping", [{"kind": "modal", "ratio": [0.1, -0.1]}], r"damping\[0\]\.ratio: \[0\.1, -0\.1\] must be a"),
     ("structure.damping", [{"kind": "modal", "ratio": "a lot"}], r'damping\[0\]\.ratio: "a lot" must be a number'),
     ("structure.damping", [{"kind": "rayleigh", "layer": 0}], r"damping\[0\]\.layer: is not an entry here"),
     ("run.reduce", {"tolerance": -1.0}, r"run\.reduce\.tolerance: -1\.0 must be a positive number"),

@@ -266,10 +266,7 @@ def test_what_is_no_participant() -> None:
         surface = Sound.surface
 
     for given, message in (
-        (
-            NoSurface(),
-            "structure = NoSurface: lacks surface; must be a Structure .* or an object with surface, start and adv",
-        ),
+        (NoSurface(), "structure = NoSurface: lacks surface; must be a Structure .* or an object with surface, start"),
         (Sound, r"structure = the class Sound: must be an instance, such as Sound\(…\)"),
         (Sound().advance, "structure = method: must be a Structure"),
         (SurfaceOnly(), "structure = SurfaceOnly: lacks start and advance; must be a Structure"),

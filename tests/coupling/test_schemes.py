@@ -49,14 +49,7 @@ def slow(rows: dict[str, Any], *quick: str) -> list[Any]:
     return [name if name in quick else pytest.param(name, marks=pytest.mark.thorough) for name in rows]
 
 
-DEFAULTS = [
-    pytest.param(
-        name, case, marks=() if name in ("condensed", "Aitken") and case != "lighter" else pytest.mark.thorough
-    )
-    for name in GOOD
-    for case in CASES
-    if not name.endswith("2") or case == "chattering"
-]
+DEFAULTS = [(name, case) for name in GOOD for case in CASES if not name.endswith("2") or case == "chattering"]
 
 
 @pytest.mark.thorough

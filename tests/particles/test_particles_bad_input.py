@@ -71,11 +71,7 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
             re.escape("must be a function of two bodies, law(body, next body or Surface) (too many"),
         ),
         (COMPUTED_LAW, {"first": 3.0, "max_force": 1.0}, r"first = 3\.0: must be a body"),
-        (
-            COMPUTED_LAW,
-            {"first": BALL, "second": "wall", "max_force": 1.0},
-            "second = 'wall': must be a body or a Surface",
-        ),
+        (COMPUTED_LAW, {"first": BALL, "second": "wall", "max_force": 1.0}, "second = 'wall': must be a body or a"),
         (COMPUTED_LAW, {"first": BALL}, "max_force = None, max_approach = None: must be one of them"),
         (COMPUTED_LAW, {"first": BALL, "second": LYING, "max_force": 1.0}, "second = Cylinder.*along the chain"),
     ],
@@ -101,10 +97,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m"),
         # Chains and their ends
         (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),
-        (
-            lambda: MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT),
-            r"striker = Sphere.*: must be None or a PushedBead",
-        ),
+        (lambda: MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT), r"striker = Sphere.*: must be None or a"),
         (
             lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
             r"behind_flexibility = -1e-06: must be less negative, as this contact is wider",
@@ -113,23 +106,14 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: MovingChain(LONG, FLAT, flexibility=-1e-3), r"flexibility = -0\.001: must be less negative"),
         (lambda: MovingChain(LONG, FLAT, dt=1e-4), r"dt = 0\.0001: must be below .* for a stable step"),
         (lambda: MovingChain(STICKY, FLAT, dt=2e-6), "dt = 2e-06: must be below"),
-        (
-            lambda: hl.CoSimulation(replace(LONG, gravity=9.81), None),
-            r"gravity = 9\.81: must be 0 for a chain that nothin",
-        ),
+        (lambda: hl.CoSimulation(replace(LONG, gravity=9.81), None), r"gravity = 9\.81: must be 0 for a chain that"),
         (lambda: hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3, preload=5.0), None), r"preload = 5\.0: must be 0 for"),
-        (
-            lambda: hl.CoSimulation(HANGING, hl.half_space(STEEL)),
-            r"preload = 0\.0: must be at least 0\.02216 N to hold a chain that hangs",
-        ),
+        (lambda: hl.CoSimulation(HANGING, hl.half_space(STEEL)), r"preload = 0\.0: must be at least 0\.02216 N to"),
         (
             lambda: hl.CoSimulation(hl.Chain([BEAD], hl.PushedBead([0.0, 1e-5], [1.0, 2.0])), None),
             "beads: must have a contact, but a single bead without a striker faces nothing",
         ),
-        (
-            lambda: replace(HANGING, striker=WEAK, impact_speed=None, preload=1.0),
-            "must be larger, as the striker does not reach the chain",
-        ),
+        (lambda: replace(HANGING, striker=WEAK, impact_speed=None, preload=1.0), "must be larger, as the striker does"),
         # Excitations
         (lambda: hl.SpringLoaded(3.0, 1e3, 1e-3), r"striker = 3\.0"),
         (lambda: hl.PushedBead([0.0, 1.0], [1.0]), "with one time for each force"),
@@ -139,10 +123,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.LinearDashpot(-1.0), r"coefficient = -1\.0: must be zero or a positive number of N s/m"),
         # Solitary waves
         (lambda: solitary.UniformChain(D, M, K).wave_speed_from_force(1.0, -1.0), "^preload = -1.0"),
-        (
-            lambda: solitary.UniformChain(D, M, K, 1.0).wave_speed_from_force(1.0),
-            "^exponent = 1.0: must be greater than 1",
-        ),
+        (lambda: solitary.UniformChain(D, M, K, 1.0).wave_speed_from_force(1.0), "^exponent = 1.0: must be greater"),
         (lambda: solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(-0.1), "^particle_speed = -0.1"),
         # Vibrations
         (lambda: vibration(hl.Ellipsoid(RADIUS, RADIUS, STEEL), 3), "bead = Ellipsoid"),

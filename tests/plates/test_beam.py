@@ -79,10 +79,7 @@ def test_long_beam_on_ground_sinks_as_winkler_says() -> None:
         ({"axial_force": "much"}, "axial_force = 'much'"),
         ({"axial_force": -2.0 * EULER}, r"axial_force = .*: must be less compressive, as it buckles the beam"),
         ({"axial_force": -1.0, "supports": ("free", "free")}, "must be less compressive, as it buckles the beam"),
-        (
-            {"axial_force": -0.01 * EULER, "supports": ("free", "simple")},
-            "must be less compressive, as it buckles the beam",
-        ),
+        ({"axial_force": -0.01 * EULER, "supports": ("free", "simple")}, "must be less compressive, as it buckles the"),
         ({"foundation": -1.0}, r"foundation = -1\.0"),
         ({"highest_frequency": 1e15}, "requires more than 50000 nodes"),
     ],

@@ -160,12 +160,7 @@ def test_each_contact_sees_the_ply_that_it_touches() -> None:
         ([0.1, None], [0.1, 0.2], "front", r"x\[1\] = None: must be a finite number of m"),
         ("0.1", 0.2, "front", r"x = '0\.1': must be a finite number of m"),
         ([0.1, 0.1], [0.2, 0.2], "front", r"x, y: contacts 0 and 1 must not be at the same place on the front"),
-        (
-            [0.1, 0.3, 0.1],
-            [0.2, 0.2, 0.2],
-            ["back", "back", "back"],
-            "x, y: contacts 0 and 2 must not be at the same place",
-        ),
+        ([0.1, 0.3, 0.1], [0.2, 0.2, 0.2], ["back", "back", "back"], "x, y: contacts 0 and 2 must not be at the same"),
         ([0.1, 0.2], [0.1, 0.2], ["front"], "x, y, face: must have equal lengths, not 2, 2 and 1"),
         ([0.1, 0.2], [0.1, 0.2], ["front", "bak"], r"face\[1\] = 'bak': must be one of.*did you mean 'back'"),
         ([0.1, 0.2], [0.1, 0.2], None, "face = None: must be a list of faces"),

@@ -50,10 +50,7 @@ def test_modes_in_a_case(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("entries", "message"),
     [
-        (
-            'stiffness = "stiffness.mtx"\ncontact = "contact.txt"',
-            "structure.mass: is missing; give the file of a mass matr",
-        ),
+        ('stiffness = "stiffness.mtx"\ncontact = "contact.txt"', "structure.mass: is missing; give the file of a mass"),
         ('mass = "no.mtx"\nstiffness = "stiffness.mtx"\ncontact = "contact.txt"', 'structure.mass: there is no file "'),
     ],
 )

@@ -252,10 +252,7 @@ def twice() -> meshio.Mesh:
         (changed(HEXA, HEXA.cells[0].data[:, [0, 2, 1, 3, 4, 5, 6, 7]]), "125 of 125 cells are flat or folded"),
         (changed(TETRA, points=1e3 * POINTS), r"box is 20 × 20 × 20 m.*in millimetres\? Give scale=1e-3"),
         (changed(TETRA, points=10.0 * POINTS), "its shortest edge 0.04 m: in millimetres"),
-        (
-            changed(TETRA, points=POINTS[:, :2]),
-            r"points have shape \(216, 2\); must be finite, with three coordinates each",
-        ),
+        (changed(TETRA, points=POINTS[:, :2]), r"points have shape \(216, 2\); must be finite, with three coordinates"),
         (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite"),
         (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
         (meshio.Mesh(POINTS, [TETRA.cells[1]]), "must have tetrahedra or hexahedra"),
@@ -272,18 +269,9 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
     ("keywords", "message"),
     [
         ({"material": "nylon"}, "material = 'nylon': must be a Material, or a dictionary"),
-        (
-            {"material": {"lower": hl.MATERIALS["nylon"]}},
-            "material: 400 of 750 cells have no material; their tags: 'upper'",
-        ),
-        (
-            {"material": {"lower": hl.MATERIALS["nylon"], "uper": hl.MATERIALS["nylon"]}},
-            "material = 'uper': .*did you mean 'upper'",
-        ),
-        (
-            {"material": {"lower": hl.MATERIALS["nylon"], 7: hl.MATERIALS["nylon"]}},
-            "material = 7: must be one of 'lower', 'upper'",
-        ),
+        ({"material": {"lower": hl.MATERIALS["nylon"]}}, "material: 400 of 750 cells have no material; their tags"),
+        ({"material": {"lower": hl.MATERIALS["nylon"], "uper": hl.MATERIALS["nylon"]}}, "material = 'uper': .*did you"),
+        ({"material": {"lower": hl.MATERIALS["nylon"], 7: hl.MATERIALS["nylon"]}}, "material = 7: must be one of"),
         ({"material": {"lower": "steel"}}, r"material\['lower'\] = 'steel': must be a Material"),
         ({"material": {}}, "material: 750 of 750 cells have no material"),
         ({"fixed": "bas"}, "fixed = 'bas': must be one of .*did you mean 'base'"),

@@ -68,11 +68,7 @@ BODY: Made = (
             r"patch_radius = 0\.002: must not exceed the first layer's length, 0\.0003 m",
         ),
         (AT_TWO_POINTS, {"contact": np.ones((3, 2))}, r"mass has shape .*: must be \(3, 3\), as contact has 3 entries"),
-        (
-            AT_TWO_POINTS,
-            {"contact": np.ones((TWO.size, 2, 2))},
-            r"contact has shape .*: must be \(n,\), or \(n, p\) for p contacts",
-        ),
+        (AT_TWO_POINTS, {"contact": np.ones((TWO.size, 2, 2))}, r"contact has shape .*: must be \(n,\), or \(n, p\)"),
         (AT_TWO_POINTS, {"flexibility": [0.0, 1e-9, 0.0]}, "flexibility, surface: must be one for all contacts, or 2"),
         (AT_TWO_POINTS, {"surface": [FLAT]}, "flexibility, surface: must be one for all contacts, or 2"),
         (BODY, {"stiffness": -SPRING}, f"stiffness: {NO_NEGATIVE}, but entry \\(0, 0\\) is -2e\\+07"),
