@@ -229,14 +229,11 @@ class Flow:
             begin = incident + int(quiet.max(initial=0))
             single = lasts * (float(force[samples[1]]) / amplitude) ** (-1.0 / 6.0)
             times = duration(time[begin:], -self.power[begin : end + 1]) / single
-            why = (
-                "two waves that overlap here; beads farther from the structure tell them apart" if times > LONG else ""
-            )
-            why = why or ("a part of a wave from inside the chain; compare other beads" if times < SHORT else "")
-            if why:
-                notes[1] = (
-                    notes[1] or f"lasts {times:.2g} times as long as a single wave of its strength: it may be {why}"
-                )
+            if not SHORT < times < LONG:
+                merged = "two waves that overlap here; beads farther from the structure tell them apart"
+                may_be = merged if times > LONG else "a part of a wave from inside the chain; compare other beads"
+                said = f"lasts {times:.2g} times as long as a single wave of its strength: it may be {may_be}"
+                notes[1] = notes[1] or said
         part = float(force[samples[-1]]) / amplitude
         if len(samples) > 1 and time[-1] - time[last] < lasts * part ** (-1.0 / 6.0):
             notes[-1] = "may have a higher part after the end of the record, which comes soon after its peak"
