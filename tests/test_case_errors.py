@@ -76,7 +76,7 @@ WRONG_RODS = [
     ("[run]", "[run]\nend = 1", 15, "run.end: is not an entry here"),
     ('radius = "9.5 mm" },\n]', 'raduis = "9.5 mm" },\n]', 11, "structure.layers[1].raduis: is not an entry here; did you mean radius?"),
     ("impact_speed", "velocity", 5, "chain.velocity: is not an entry here; must be one of "),
-    ('"9.53 mm"', '"9.53 Mm"', 3, 'chain.bead.diameter: "9.53 Mm": half of it must lie between 1e-09 and 1e+06 m'),
+    ('"9.53 mm"', '"9.53 Mm"', 3, 'chain.bead.diameter: "9.53 Mm": half of it must lie between 1e-15 and 1 Mm'),
     # What is missing.
     ('[run]\nuntil = "0.1 ms"\n', "", None, 'run: is missing; give a section: [run] with until = "1.5 ms"'),
     ('until = "0.1 ms"', "", 14, 'run.until: is missing; give a time, such as "1.5 ms", or a number in s'),
@@ -123,7 +123,7 @@ WRONG_RODS = [
     # What hertzlink's objects refuse.
     ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
     ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter, not both"),
-    ('shape = "sphere", diameter = "9.53 mm"', 'shape = "hollow_sphere", radius = "4 mm", inner_radius = "5 mm"', 3, 'chain.bead.inner_radius: "5 mm" must be less than the radius, 0.004 m'),
+    ('shape = "sphere", diameter = "9.53 mm"', 'shape = "hollow_sphere", radius = "4 mm", inner_radius = "5 mm"', 3, 'chain.bead.inner_radius: "5 mm" must be less than the radius, 4 mm'),
     ('"0.3 m/s"', '"0.3 m/s"\ndrop_height = "1 cm"', 6, "chain.drop_height: gives the impact speed; leave out impact_speed"),
     ("beads = 8", 'beads = 8\ninclination = 45', 3, "chain.inclination: 45.0 must lie between -2π and 2π"),
     ("beads = 8", 'beads = 8\ndissipation = { kind = "restitution", coefficient = 1.2 }', 3, "chain.dissipation.coefficient: 1.2 must lie between 0.01 and 1"),
@@ -158,6 +158,7 @@ WRONG_PLATES = [
     ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 kg" }] }', 11, 'structure.material.plies[0].thickness: "1 kg": "kg" is not a unit'),
     ('"aluminium 6061"', '{ plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 11, 'structure.material.surface: "PTFF" is not a material; did you mean PTFE?'),
     ('left = "clamped"', 'left = "glued"', 12, 'structure.supports.left: "glued" is not possible; must be one of clamped, simple'),
+    ('at = ["60 mm", "100 mm"]', 'at = ["60 mm", "400 mm"]', 13, 'structure.at[1]: "400 mm" must lie on the plate, between 0 and 200 mm'),
     ('at = ["60 mm", "100 mm"]', 'at = ["60 mm"]', 13, "structure.at: ['60 mm'] has 1 entry; must have 2"),
     ('at = ["60 mm", "100 mm"]', 'at = "middle"', 13, 'structure.at: "middle" must be the point that is struck, such as'),
     ('at = ["60 mm", "100 mm"]', "", 6, "structure.at: is missing; give the point that is struck"),

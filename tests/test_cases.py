@@ -328,10 +328,9 @@ def test_templates_run_as_they_stand(kind: str, command: Callable[..., str]) -> 
     said = command("run", "case.toml")
     assert "written to" in said
     with xr.open_dataset("case/results.nc") as data:
-        # Weak second waves often have two peaks of one height.
-        found = [
-            one for one in findings_of(data) if "the secondary wave has peaks of nearly the same height" not in one
-        ]
+        # Weak second waves, and those on a fresh spot, often have two peaks of one height.
+        doubts = "fresh spot, |.*the secondary wave has peaks of nearly the same height"
+        found = [one for one in findings_of(data) if not re.match(doubts, one)]
     # Of brass and aluminium, which yield, the template says so, and the run says what that changes and the cure.
     assert ["yields; " in one for one in found] == [True] * ("it yields" in template(kind))
 

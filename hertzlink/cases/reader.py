@@ -84,6 +84,12 @@ class Call:
         quantity = self.form.entries[place[0]].quantity
         if quantity and isinstance(typed, int | float) and typed > quantity.likely[1]:
             reason += f'; did you mean "{typed:g} {quantity.above}"?'
+        given = NUMBER.fullmatch(typed) if isinstance(typed, str) else None
+        stated = re.search(r"(?:between \S+ and |, )\S+ (m|s|N)(?![\w/·²³])", reason)
+        if given and given[2] and stated:  # a limit is in the unit of the entry
+            size = float(factor(given[2], stated[1]))
+            limit = re.sub(r"\d[\d.]*(e[-+]?\d+)?", lambda one: f"{float(one[0]) / size:.6g}", stated[0])
+            reason = reason.replace(stated[0], limit.removesuffix(stated[1]) + given[2])
         value = shown(typed) if isinstance(typed, str) else value
         joined = ": half of it " if half else " " if reason.startswith(("must ", "exceeds ", "is ", "has ")) else ": "
         return Fault((*self.path, *place), f"{value}{joined}{reason}")
