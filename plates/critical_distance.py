@@ -19,7 +19,7 @@ from plates.impact import PlateImpact, wall_stiffness
 from plates.plate import Plate
 from structures.bodies.layers import contact_time as contact_time_half_space
 from structures.caution import caution
-from structures.checks import finite, instance, one_of, within
+from structures.checks import instance, one_of, within
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_pressure, hertz_stiffness, yield_pressure
@@ -83,9 +83,7 @@ def critical_distance_law(
     14.6 mm
     """
     one_of("edge", edge, EDGES)
-    low, high = TOLERANCES
-    if not low <= finite("tolerance", tolerance) <= high:
-        raise ValueError(f"tolerance = {tolerance!r}: must lie between {low:g} and {high:g}, the range of the table")
+    within("tolerance", tolerance, *TOLERANCES)
     within("impact_speed", impact_speed, SLOWEST, FASTEST, "m/s")
     parameter = float(PlateImpact(bead, plate, impact_speed).inelasticity)
     wall: Material = instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")

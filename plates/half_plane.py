@@ -131,10 +131,8 @@ def half_plane(
     circular = 2.0 * pi * fineness().cells ** 2 * highest
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
-    above, origin = (
-        plate.compliance_above(QUASI_STATIC * circular),
-        {"highest_frequency": highest, "section": section.data},
-    )
+    above = plate.compliance_above(QUASI_STATIC * circular)
+    origin = {"highest_frequency": highest, "section": section.data}
     made = oscillators(frequency**2, None, np.sqrt(weight), above, Surface(material), origin, until)
     return made.made_by(partial(half_plane, thickness, material, edge, distance, until, highest_frequency))
 
@@ -220,11 +218,10 @@ def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
 @lru_cache(SERIES_IN_MEMORY)
 def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
     """Return the Chebyshev series of Re Y on an interval of kd."""
-
-    def at(place: Vector) -> Vector:
-        return exact_conductance(PANEL * (panel + 0.5 * (1.0 + place)), edge, poisson_ratio)
-
-    return np.asarray(chebyshev.chebinterpolate(at, TERMS - 1))  # type: ignore[type-var, arg-type]
+    series = chebyshev.chebinterpolate(  # type: ignore[type-var]
+        lambda place: exact_conductance(PANEL * (panel + 0.5 * (1.0 + place)), edge, poisson_ratio), TERMS - 1
+    )
+    return np.asarray(series)
 
 
 def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
@@ -237,25 +234,21 @@ def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vect
         counts = np.ceil(np.diff(ends) * 2.0 * distance[part[-1]] / PHASE).astype(int) + 1
         pieces = [np.linspace(*two, n, endpoint=False) for two, n in zip(pairwise(ends), counts, strict=True)]
         angle, width = _gauss(np.append(np.concatenate(pieces), pi / 2.0))
-        values[part] = 4.0 / pi * _shape(distance[part, None], angle, edge, poisson_ratio) ** 2 @ width
+        along, across = np.sin(angle), np.cos(angle)
+        decay = np.sqrt(1.0 + along**2)
+        if edge == "clamped":
+            # ψ = ψ′ = 0 at x = 0.
+            cosine, sine, evanescent = across, -decay, -across
+        else:
+            # No moment, ψ″ − νξ²ψ = 0, and no shear force, ψ‴ − (2 − ν)ξ²ψ′ = 0, at x = 0.
+            wave, near = across**2 + poisson_ratio * along**2, decay**2 - poisson_ratio * along**2
+            cosine, sine, evanescent = near**2 * across, -decay * wave**2, wave * near * across
+        x = distance[part, None]
+        shape = np.cos(x * across - np.arctan2(sine, cosine))
+        if x.min() < FADED:
+            shape += evanescent / np.hypot(cosine, sine) * np.exp(-x * decay)
+        values[part] = 4.0 / pi * shape**2 @ width
     return values + (_edge_wave(distance, poisson_ratio) if edge == "free" else 0.0)
-
-
-def _shape(distance: Vector, angle: Vector, edge: str, poisson_ratio: float) -> Vector:
-    """Return ψ at distances, for plane waves that arrive at these angles."""
-    along, across = np.sin(angle), np.cos(angle)
-    decay = np.sqrt(1.0 + along**2)
-    if edge == "clamped":
-        # ψ = ψ′ = 0 at x = 0.
-        cosine, sine, evanescent = across, -decay, -across
-    else:
-        # No moment, ψ″ − νξ²ψ = 0, and no shear force, ψ‴ − (2 − ν)ξ²ψ′ = 0, at x = 0.
-        wave, near = across**2 + poisson_ratio * along**2, decay**2 - poisson_ratio * along**2
-        cosine, sine, evanescent = near**2 * across, -decay * wave**2, wave * near * across
-    shape: Vector = np.cos(distance * across - np.arctan2(sine, cosine))
-    if distance.min() < FADED:
-        shape += evanescent / np.hypot(cosine, sine) * np.exp(-distance * decay)
-    return shape
 
 
 def _edge_wave(distance: Vector, poisson_ratio: float) -> Vector:

@@ -71,14 +71,13 @@ def _series() -> tuple[Chebyshev, Chebyshev, Chebyshev]:
     For large λ all motions approach one slow motion, σ^{3/2} ≈ q/λ. At the end they differ only by exp(−4.5/x).
     Therefore e λ⁵ is constant there, and the excess is a series in x.
     """
-
-    def excess(power: Vector) -> Vector:
-        return np.asarray(_impact(power**-0.6)[1] * power**0.6 + 3.0 * np.log(power))
-
-    beyond = [LARGEST_SAMPLE ** (-5.0 / 3.0), LARGE ** (-5.0 / 3.0)]
     logarithm = Chebyshev.interpolate(lambda number: _impact(number)[0], 48, domain=[0.0, LARGE])
     time = Chebyshev.interpolate(lambda number: _impact(number)[1], 48, domain=[0.0, LARGE])
-    return logarithm, time, Chebyshev.interpolate(excess, 10, domain=beyond)
+    excess = Chebyshev.interpolate(
+        lambda x: _impact(x**-0.6)[1] * x**0.6 + 3.0 * np.log(x), 10,
+        domain=[LARGEST_SAMPLE ** (-5.0 / 3.0), LARGE ** (-5.0 / 3.0)],
+    )  # fmt: skip
+    return logarithm, time, excess
 
 
 def _impact(inelasticity: Vector) -> Vector:
@@ -211,8 +210,8 @@ def critical_distance_bounds(bead: Any, plate: Plate, impact_speed: float) -> tu
 
 def wall_stiffness(bead: Any, plate: Plate) -> float:
     """Return the stiffness k, N/m^1.5, of the Hertz contact between a bead and a thin plate."""
-    if not instance("plate", plate, Plate, "a Plate from kirchhoff_plate").thin:
-        raise ValueError(f"plate = {plate!r}: must be thin, from kirchhoff_plate")
+    if not (isinstance(plate, Plate) and plate.thin):
+        raise ValueError(f"plate = {plate!r}: must be a Plate from kirchhoff_plate")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")) or not isinstance(bead.mass, float):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass, size and surface")
     return hertz_stiffness(bead.surface, Surface(plate.section.struck))
