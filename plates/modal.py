@@ -1,19 +1,19 @@
 """A rectangular Kirchhoff plate as modes that serve every place, thickness and material; see docs/theory.md."""
 
 from dataclasses import asdict
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
 from math import ceil, pi
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from scipy.linalg import eigh, eigh_tridiagonal
 
-from plates.contacts import Contact, contacts_data
+from plates.contacts import Contact
 from plates.elements.hermite import Beam
 from plates.half_plane import QUASI_STATIC, HalfPlane, Until
 from plates.plate import Plate
-from plates.section import Section, homogeneous_section
+from plates.section import homogeneous_section
 from plates.shapes.rectangle import SIDES, Rectangle
 from plates.support import Supports
 from structures.checks import finite
@@ -146,20 +146,12 @@ class ModalPlate:
                 "edge, without additions and cells; for others use reduce(plate.at(x, y), until)"
             )
 
-    @cached_property
-    def _greatest(self) -> float:
-        return 2.0 * pi / self.plate.shortest_wavelength
-
-    @cached_property
-    def _origin(self) -> dict[str, Any]:
-        return self.plate.data([Contact(0.0, 0.0, "front")])
-
     @property
     def _cut_off(self) -> float:
         """Wavenumber of the highest mode, 1/m."""
         # There are A k²/4π modes below k (Weyl).
         least, most = ((4.0 * pi * modes / (self.plate.length * self.plate.width)) ** 0.5 for modes in MODES)
-        return float(min(max(least, self._greatest), most) * fineness().cells ** 0.5)
+        return float(min(max(least, 2.0 * pi / self.plate.shortest_wavelength), most) * fineness().cells ** 0.5)
 
     def at(self, x: float, y: float, thickness: float | None = None, material: Material | None = None) -> Structure:
         """Return the oscillators of the plate struck at (x, y), with another thickness or material if they are given.
@@ -177,11 +169,8 @@ class ModalPlate:
             The oscillators: M = I, K diagonal, no damping.
         """
         plate, place = self.plate, (finite("x", x, "m"), finite("y", y, "m"))
-        sides, left, right, bottom, top = (
-            (plate.length, plate.width),
-            *(HELD[getattr(plate.supports, s)] for s in SIDES),
-        )
-        ends, edges = ((left, right), (bottom, top)), list[tuple[str, float]]()
+        left, right, bottom, top = (HELD[getattr(plate.supports, side)] for side in SIDES)
+        sides, ends, edges = (plate.length, plate.width), ((left, right), (bottom, top)), list[tuple[str, float]]()
         for name, coordinate, side, kinds in zip("xy", place, sides, ends, strict=True):
             if not 0.0 <= coordinate <= side:
                 raise ValueError(f"{name} = {coordinate!r}: must lie on the plate, between 0 and {side:g} m")
@@ -191,29 +180,27 @@ class ModalPlate:
         if distance == 0.0 and edge != "free":
             raise ValueError(f"x, y = {place}: must not lie on an edge that is held")
 
-        section, wall = _wall(plate.thickness if thickness is None else thickness, material or plate.section.struck)
-        rigidity, mass, nu = float(section.bending[0, 0]), section.mass, section.struck.poisson_ratio
-        a, impedance = (rigidity / mass) ** 0.5, 8.0 * (rigidity * mass) ** 0.5
-        cut, fourth, shape = a * self._cut_off**2, *modes_at(sides, ends, place, nu, self._cut_off)
+        wall = plate.section.struck if material is None else material
+        section = homogeneous_section(plate.thickness if thickness is None else thickness, wall)
+        rigidity, mass, nu = float(section.bending[0, 0]), section.mass, wall.poisson_ratio
+        a, impedance, cut_off = (rigidity / mass) ** 0.5, 8.0 * (rigidity * mass) ** 0.5, self._cut_off
+        cut, (fourth, shape) = a * cut_off**2, modes_at(sides, ends, place, nu, cut_off)
         modes, one_edge = a * np.sqrt(fourth), HalfPlane(a, impedance, edge, distance, nu)
         fading, fading_weight = one_edge.resolved(cut, self.until, FADED * cut)
+        # The weight of modes: 1 up to FADED of the cut-off, 0 at the cut-off. The half-plane has the rest.
+        steps = (np.clip((band / cut - FADED) / (1.0 - FADED), 0.0, 1.0) for band in (modes, fading))
+        kept, gone = (np.cos(0.5 * pi * step) ** 2 for step in steps)
         bands = [
-            (modes, shape**2 / mass * _kept(modes / cut)),
-            (fading, fading_weight * (1.0 - _kept(fading / cut))),
+            (modes, shape**2 / mass * kept),
+            (fading, fading_weight * (1.0 - gone)),
             one_edge.following(cut, QUASI_STATIC * cut),
         ]
         frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
         frequency, weight = _fewer(frequency, weight, plate.highest_frequency, self.until)
-        above, surface = one_edge.compliance_above(QUASI_STATIC * cut), Surface(section.struck)
-        origin = self._origin | wall | contacts_data([Contact(*place, "front")])
-        return oscillators(frequency**2, None, np.sqrt(weight), above, surface, origin, self.until)
-
-
-@lru_cache(BASES)
-def _wall(thickness: float, material: Material) -> tuple[Section, dict[str, Any]]:
-    """Return a wall of one material, and its data for the origin."""
-    section = homogeneous_section(thickness, material)
-    return section, {"thickness": section.thickness, "material": asdict(material), "section": section.data}
+        above = one_edge.compliance_above(QUASI_STATIC * cut)
+        origin = plate.data([Contact(*place, "front")])
+        origin |= {"thickness": section.thickness, "material": asdict(wall), "section": section.data}
+        return oscillators(frequency**2, None, np.sqrt(weight), above, Surface(wall), origin, self.until)
 
 
 def is_modal(plate: Plate) -> bool:
@@ -264,8 +251,3 @@ def _fewer(frequency: Vector, weight: Vector, highest: float, until: float) -> t
     rows = int(np.argmax(np.append(squares[1:] <= 1e-20 * squares[0], True))) + 1
     values, vectors = eigh_tridiagonal(diagonal[:rows], np.sqrt(squares[1:rows]), check_finite=False)
     return point * np.sqrt(np.maximum(1.0 / values - 1.0, 0.0)), vectors[0] ** 2 * squares[0] / values
-
-
-def _kept(part: Vector) -> Vector:
-    """Return the weight of modes at a fraction of the cut-off: 1 up to FADED, 0 at 1."""
-    return np.asarray(np.cos(0.5 * pi * np.clip((part - FADED) / (1.0 - FADED), 0.0, 1.0)) ** 2)
