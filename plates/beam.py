@@ -9,7 +9,7 @@ from scipy import sparse
 
 from plates.elements.hermite import Beam, Hermite
 from plates.shapes.shape import graded
-from structures.checks import one_of
+from structures.checks import within
 from structures.described import described
 from structures.fineness import default_frequency
 from structures.linear_algebra.factor import is_definite
@@ -73,12 +73,9 @@ def beam(
     1
     """
     place, stiff, heavy, force, ground = at, bending_stiffness, mass_per_length, axial_force, foundation
-    if place > length:
-        raise ValueError(f"at = {at!r}: must lie on the beam, between 0 and {length:g} m")
-    if not isinstance(supports, tuple | list) or len(supports) != 2:
-        raise ValueError(f'supports = {supports!r}: must be two words, one for each end, such as ("simple", "free")')
-    for i, support in enumerate(supports):
-        one_of(f"supports[{i}]", support, ENDS)
+    within("at", place, 0.0, length, "m", or_zero=True)
+    if not isinstance(supports, tuple | list) or len(supports) != 2 or not all(one in ENDS for one in supports):
+        raise ValueError(f"supports = {supports!r}: must be two words, each one of {ENDS}")
     check_stress(
         f"axial_force = {force:g} N", force * material.density / heavy, material,
         "axial_force is in N, and the area is assumed to be mass_per_length over density",

@@ -11,7 +11,7 @@ import numpy as np
 from plates.section import SHEAR_CORRECTION, Section, homogeneous_section
 from structures.bodies.anisotropy import VOIGT_INDEX, indentation_modulus, orthotropic_stiffness
 from structures.bodies.elasticity import shear_modulus
-from structures.checks import count_of, instance, listed
+from structures.checks import count_of, instance, listed, within
 from structures.described import described
 from structures.material import Material
 from structures.quantities import Angle, Asks, Component, Density, Likely
@@ -63,10 +63,7 @@ class OrthotropicMaterial:
 
     def __post_init__(self) -> None:
         largest = sqrt(self.youngs_modulus_along / self.youngs_modulus_across)
-        if abs(self.poisson_ratio) >= largest:
-            raise ValueError(
-                f"poisson_ratio = {self.poisson_ratio!r}: must lie between ±√(E along / E across), {largest:.4g}"
-            )
+        within("poisson_ratio", self.poisson_ratio, -largest, largest, ends=False)
 
 
 @described
@@ -91,8 +88,8 @@ class Ply:
     angle: Angle = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material | OrthotropicMaterial):
-            raise ValueError(f"material = {self.material!r}: must be a Material or an OrthotropicMaterial")
+        if not isinstance(self.material, Material):
+            instance("material", self.material, OrthotropicMaterial, "a Material or an OrthotropicMaterial")
 
     @cached_property
     def elasticity(self) -> tuple[Vector, Vector]:
@@ -130,8 +127,8 @@ class Laminate:
             _isotropic(self.plies[0].material)
 
     def __repr__(self) -> str:
-        plies = f"{len(self.plies)} {'plies' if len(self.plies) > 1 else 'ply'}"
-        return f"<Laminate: {plies}, {1e3 * self.thickness:.4g} mm, {self.struck.name or 'a material'} is struck>"
+        plies, wall = count_of(len(self.plies), "ply"), f"{1e3 * self.thickness:.4g} mm"
+        return f"<Laminate: {plies}, {wall}, {self.struck.name or 'a material'} is struck>"
 
     @property
     def name(self) -> str:
