@@ -14,7 +14,7 @@ from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Edge, Supports
-from structures.checks import instance, several, short, whole
+from structures.checks import instance, several, short, whole, within
 from structures.described import described_as
 from structures.fineness import fineness
 from structures.material import Material
@@ -101,7 +101,8 @@ def mindlin_plate(
     shear_correction : float
         Factor of the transverse shear stiffness G t of one material: 5/6 (Reissner) or π²/12 (Mindlin).
     patch_radius : float, optional
-        Radius a of the disc over which the contact force is spread, m; by default half the thickness (see Notes).
+        Radius a of the disc over which the contact force is spread, m; by default half the thickness, at most twice the
+        thickness (see Notes).
     highest_frequency : float, optional
         The mesh resolves flexural waves up to this frequency, Hz; by default 40 kHz, and more for contacts below 10 µs.
     cells : (int, int), optional
@@ -179,9 +180,8 @@ def mindlin_panel(
     held = instance("supports", supports or {}, Mapping, 'a dictionary such as {"rim": "clamped"}, by name of edge')
     wall = section_of(thickness, material, shear_correction)
     if isinstance(shape, Outline):
-        for name, value in (("scale", scale), ("tags", tags)):
-            if value is not None:
-                raise ValueError(f"{name} = {value!r}: must be None for an Outline; {name} is for meshes")
+        if (scale, tags) != (None, None):
+            raise ValueError(f"scale, tags = {scale!r}, {tags!r}: must be None for an Outline; they are for meshes")
         for edge in held:
             known("supports", edge, shape.names)
     elif isinstance(shape, tuple | list):
@@ -189,24 +189,22 @@ def mindlin_panel(
     else:
         shape = FlatMesh(shape, wall.thickness, scale, tags)
         for edge in held:
-            shape.check_edge(edge)
+            shape.tags.of("supports", edge)  # warns of sides that are left out
     return Plate(shape, wall, held, _mindlin(wall, patch_radius), material, highest_frequency, additions)
 
 
 def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
     if cells is None:
         return None
-    if not several(cells) or len(cells) != 2:
-        raise ValueError(f"cells = {short(cells)}: must be two whole numbers, along x and along y")
-    along, across = whole("cells[0]", cells[0]), whole("cells[1]", cells[1])
-    if along * across > MOST_CELLS:
-        raise ValueError(f"cells = {cells!r}: must be at most {MOST_CELLS} cells in all")
-    return fineness().cells * along, fineness().cells * across
+    numbers = [whole(f"cells[{i}]", count) for i, count in enumerate(cells)] if several(cells) else []
+    if len(numbers) != 2 or numbers[0] * numbers[1] > MOST_CELLS:
+        must = f"must be two whole numbers, along x and along y, with at most {MOST_CELLS} cells in all"
+        raise ValueError(f"cells = {short(cells)}: {must}")
+    return fineness().cells * numbers[0], fineness().cells * numbers[1]
 
 
 def _mindlin(wall: Section, radius: float | None) -> Mindlin:
     """Return Mindlin's theory; raise a ValueError if the patch is large compared with the thickness."""
-    widest = WIDEST * wall.thickness
-    if radius is not None and radius > widest:
-        raise ValueError(f"patch_radius = {radius!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
-    return Mindlin(PATCH * wall.thickness if radius is None else radius)
+    if radius is None:
+        return Mindlin(PATCH * wall.thickness)
+    return Mindlin(within("patch_radius", radius, 0.0, WIDEST * wall.thickness, "m"))

@@ -34,9 +34,8 @@ class FlatMesh:
     kind, fixed = "panel", True
 
     def __init__(self, source: Any, thickness: float, scale: float | None, tags: str | None) -> None:
-        self.scale, self.tags = 1.0 if scale is None else scale, tags
-        self.source = source_of(source)
-        read = read_mesh(source)
+        read, self.scale = read_mesh(source), 1.0 if scale is None else scale
+        self._stated = {"mesh": source_of(source), "scale": self.scale} | ({} if tags is None else {"tags": tags})
         points, cells = self.scale * reading.points_of(read, flat=True), _faces(read)
         count = cells.shape[1]
         sides = TRIANGLE if count == 3 else QUADRILATERAL
@@ -49,12 +48,8 @@ class FlatMesh:
         check_joined(points, cells, sides, float(edge_lengths(points, cells, sides).min()))
         make = MeshTri if count == 3 else MeshQuad
         mesh = make(np.ascontiguousarray(points[:, :2].T), np.ascontiguousarray(cells.T))
-        self._tags: Tags = reading.tagged_facets(read, mesh, number, LINES, tags)
-        self._mesh = PlateMesh(mesh, self._tags.groups)
-
-    def check_edge(self, name: Tag) -> None:
-        """Raise a ValueError for an edge that does not exist or has no side; warn if sides are left out."""
-        self._tags.of("supports", name)
+        self.tags: Tags = reading.tagged_facets(read, mesh, number, LINES, tags)
+        self._mesh = PlateMesh(mesh, self.tags.groups)
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -85,8 +80,7 @@ class FlatMesh:
             start, end = mesh.p[:, mesh.facets[:, facets]].transpose(1, 0, 2)
             length = np.linalg.norm(end - start, axis=0).sum()
             edges[str(name)] = f"{count_of(facets.size, 'side')}, {length:.4g} m"
-        stated = {} if self.tags is None else {"tags": self.tags}
-        return {"mesh": self.source, "scale": self.scale, "cells": mesh.nelements, "edges": edges, **stated}
+        return {**self._stated, "cells": mesh.nelements, "edges": edges}
 
     def summary(self) -> str:
         left, right, bottom, top = self.box
@@ -97,10 +91,9 @@ def _faces(source: Any) -> Numbers:
     """Return the corners of the cells of the plate: only triangles if the file has both kinds."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
     solid = sorted(kinds - set(FLAT_CORNERS))
-    if solid:
-        raise ValueError(f"mesh: has cells of type {names(solid)}; must be flat; see solid(...) for bodies")
-    if not kinds:
-        raise ValueError("mesh: must have triangles or quadrilaterals; mesh the surface and save it")
+    if solid or not kinds:
+        wrong = names(solid) or "only lines"
+        raise ValueError(f"mesh: must have triangles or quadrilaterals, not {wrong}; see solid(...) for bodies")
     for kind in sorted(kinds - {"triangle", "quad"}):
         caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
     faces: dict[int, list[Numbers]] = {3: [], 4: []}

@@ -1,6 +1,6 @@
 """Outlines of plates: polygons with holes and named sides, meshed with triangles that are fine at the contact."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from math import cos, hypot, pi, sin, sqrt
@@ -13,7 +13,7 @@ from skfem import MeshTri
 
 from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import SAME, Cells, PlateMesh
-from structures.checks import coordinates, count_of, instance, positive, several, short, whole
+from structures.checks import coordinates, count_of, listed, positive, several, short, whole
 from structures.meshes.mesh_files import gmsh_model
 from structures.meshes.mesh_reading import Tag
 from structures.quantities import Likely
@@ -90,16 +90,23 @@ class Outline:
         object.__setattr__(self, "holes", tuple(_corners(f"holes[{i}]", hole) for i, hole in enumerate(holes)))
         if (total := sum(map(len, (self.corners, *self.holes)))) > MOST_CORNERS:
             raise ValueError(f"corners, holes: must have at most {MOST_CORNERS} corners in all, not {total}")
-        object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
+
+        # One name for all sides, or the usual names
+        names: Any = self.edges
+        if isinstance(names, str) or (several(names) and len(names) == 0):
+            names = tuple(names or f"side {i + 1}" for i in range(len(self.corners)))
+        names = tuple(listed("edges", names, str, "names, one for each corner"))
+        if len(names) != len(self.corners):
+            raise ValueError(f"edges = {self.edges!r}: must be one name, or {len(self.corners)}, one for each corner")
+        object.__setattr__(self, "edges", names)
+
         self._check_sides()
         Likely.SIDE.warn("Outline", "size", self.size)
-        outer, *rings = self._rings
-        for ring in rings:
-            if not outer.contains(ring.corners[0]):
-                raise ValueError(f"{ring.argument}: must lie inside the corners")
-            for other in rings:
-                if ring is not other and other.contains(ring.corners[0]):
-                    raise ValueError(f"{ring.argument}: must not lie in {other.argument}")
+        rings = self._rings
+        for ring in rings[1:]:
+            around = [other.argument for other in rings if other is not ring and other.contains(ring.corners[0])]
+            if around != ["corners"]:
+                raise ValueError(f"{ring.argument}: must lie inside the corners, and not in another hole")
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -188,14 +195,14 @@ class Outline:
             for j in np.flatnonzero(others & (distances(starts, ends, corner) <= near)):
                 raise ValueError(f"{called[i]}: must not lie on the side from {called[j]}")
 
-        def side(a: Vector, b: Vector, c: Vector) -> Vector:
-            """Return the side of the line from a to b on which c lies."""
-            step, away = b - a, c - a
-            return np.asarray(np.sign(step[..., 0] * away[..., 1] - step[..., 1] * away[..., 0]))
-
-        a, b, c, d = starts[:, None], ends[:, None], starts[None], ends[None]
-        crossed = (side(a, b, c) * side(a, b, d) < 0.0) & (side(c, d, a) * side(c, d, b) < 0.0)
-        for i, j in np.argwhere(crossed):
+        # Two sides cross if the ends of each lie on both sides of the line through the other.
+        along = (ends - starts)[:, None]
+        first, last = (
+            np.sign(along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0])
+            for away in (starts - starts[:, None], ends - starts[:, None])
+        )
+        parted = first * last < 0.0
+        for i, j in np.argwhere(parted & parted.T):
             raise ValueError(f"{called[i]}: the side from this corner must not cross that from {called[j]}")
 
 
@@ -217,9 +224,7 @@ def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> t
     >>> round(hl.Outline(hl.circle(0.2), edges="rim").area, 5)
     0.12566
     """
-    radius, count = positive("radius", radius, "m"), whole("corners", corners, 3)
-    if count > MOST_CORNERS:
-        raise ValueError(f"corners = {corners!r}: must be at most {MOST_CORNERS}")
+    radius, count = positive("radius", radius, "m"), whole("corners", corners, 3, MOST_CORNERS)
     x, y = coordinates("centre", centre)
     angle = 2.0 * pi / count
     reach = radius * sqrt(angle / sin(angle))
@@ -229,20 +234,7 @@ def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> t
 def _corners(name: str, corners: Any) -> tuple[Place, ...]:
     if not several(corners) or len(corners) < 3:
         raise ValueError(f"{name} = {short(corners)}: must be three corners (x, y) in m, or more")
-    if len(corners) > MOST_CORNERS:
-        raise ValueError(f"{name}: must have at most {MOST_CORNERS} corners, not {len(corners)}")
     return tuple(coordinates(f"{name}[{i}]", corner) for i, corner in enumerate(corners))  # type: ignore[misc]
-
-
-def _names(edges: Any, count: int) -> tuple[str, ...]:
-    if isinstance(edges, str):
-        return (edges,) * count
-    names = tuple(edges) if isinstance(edges, Iterable) else (edges,)
-    if not names:
-        return tuple(f"side {i + 1}" for i in range(count))
-    if len(names) != count:
-        raise ValueError(f"edges = {edges!r}: must be one name, or {count} names, one for each corner")
-    return tuple(instance(f"edges[{i}]", name, str, "a name") for i, name in enumerate(names))
 
 
 def _triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[Place], cells: Cells) -> PlateMesh:
