@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from structures.checks import coordinates
+from structures.checks import coordinates, short
 from structures.described import described
 from structures.quantities import Asks, Coordinate, Likely, Quantity
 from structures.structure import Vector
@@ -107,15 +107,13 @@ class Weakened:
     """
 
     region: Sides
-    factor: Annotated[float, Quantity()]
+    factor: Annotated[float, Quantity(high=1.0)]
 
     def __post_init__(self) -> None:
         region = left, right, bottom, top = coordinates("region", self.region, ("left", "right", "bottom", "top"))
         if left >= right or bottom >= top:
             raise ValueError(f"region = {self.region!r}: must be (left, right, bottom, top), ascending, in m")
         object.__setattr__(self, "region", region)
-        if self.factor > 1.0:
-            raise ValueError(f"factor = {self.factor!r}: must be at most 1, as a fraction of the bending stiffness")
 
 
 @described
@@ -158,16 +156,13 @@ def check_additions(additions: object, box: tuple[float, float, float, float], p
 
     box: least and greatest x, then y, of the plate, m. parallel: whether stiffeners must be parallel to a side.
     """
-    if not isinstance(additions, Sequence) or isinstance(additions, str):
-        raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened and Prestress")
+    if not isinstance(additions, Sequence) or not all(isinstance(addition, Addition) for addition in additions):
+        kinds = "PointMass, Stiffener, Weakened and Prestress"
+        raise ValueError(f"additions = {short(additions)}: must be a list of {kinds}")
     left, right, bottom, top = box
     spare = ROUNDING * max(right - left, top - bottom)
-    regions: list[Weakened] = []
     for i, addition in enumerate(additions):
-        name = f"additions[{i}] = {addition!r}"
-        if not isinstance(addition, Addition):
-            raise ValueError(f"{name}: must be a PointMass, a Stiffener, a Weakened or a Prestress")
-        xs, ys = extent(addition)
+        name, (xs, ys) = f"additions[{i}] = {addition!r}", extent(addition)
         inside_x = all(left - spare <= x <= right + spare for x in xs)
         if not (inside_x and all(bottom - spare <= y <= top + spare for y in ys)):
             raise ValueError(
@@ -175,32 +170,17 @@ def check_additions(additions: object, box: tuple[float, float, float, float], p
             )
         if isinstance(addition, Stiffener) and parallel and not (addition.along_x or addition.along_y):
             raise ValueError(f"{name}: must be parallel to a side, or in a mindlin_plate")
-        if isinstance(addition, Weakened):
-            for other in regions:
+        for other in additions[:i]:
+            if isinstance(addition, Weakened) and isinstance(other, Weakened):
                 (l1, r1, b1, t1), (l2, r2, b2, t2) = addition.region, other.region
                 if max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2):
                     raise ValueError(f"{name}: must not overlap an earlier region")
-            regions.append(addition)
     return tuple(additions)
-
-
-def weakest(additions: Sequence[Addition]) -> float:
-    """Return the least factor of the bending stiffness in any region."""
-    return min((float(addition.factor) for addition in additions if isinstance(addition, Weakened)), default=1.0)
 
 
 def forces_in_plane(additions: Sequence[Addition]) -> Vector:
     """Return the sum of all prestress, N_ij, 2 × 2, N/m."""
     return sum((addition.forces for addition in additions if isinstance(addition, Prestress)), start=np.zeros((2, 2)))
-
-
-def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the x and the y, m, of the edges of regions and of stiffeners parallel to an axis."""
-    regions = [addition.region for addition in additions if isinstance(addition, Weakened)]
-    ribs = [addition for addition in additions if isinstance(addition, Stiffener)]
-    xs = [x for region in regions for x in region[:2]] + [rib.start[0] for rib in ribs if rib.along_y]
-    ys = [y for region in regions for y in region[2:]] + [rib.start[1] for rib in ribs if rib.along_x]
-    return tuple(xs), tuple(ys)
 
 
 def extent(addition: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -19,11 +19,6 @@ class Contact(NamedTuple):
     y: float
     face: str
 
-    @property
-    def sign(self) -> float:
-        """The sign of displacements away from the chain; those of the plate are positive away from the front."""
-        return 1.0 if self.face == "front" else -1.0
-
 
 def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
     """Return the contacts at x and y, m; face: one for all, or one for each.

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from plates.additions import Addition, Prestress, check_additions, forces_in_plane, weakest
+from plates.additions import Addition, Prestress, Weakened, check_additions, forces_in_plane
 from plates.contacts import Contact, Places, contacts_at, contacts_data, one_or_all
 from plates.elements.assembled import Assembled, Touch
 from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
 from plates.laminate import Laminate
-from plates.section import Section, all_around, mirrors_itself, point_rigidity
+from plates.section import Section, flexural_wavelength, mirrors_itself, point_rigidity, stiffness_towards
 from plates.shapes.mesh_from_file import FlatMesh
-from plates.shapes.mesh_geometry import check_place, mirrors
+from plates.shapes.mesh_geometry import mirrors
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import SIDES, Rectangle
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
@@ -116,11 +116,10 @@ class Plate:
                 continue
             angles = self.shape.directions(name)
             along, across = np.array([np.cos(angles), np.sin(angles)]), np.array([-np.sin(angles), np.cos(angles)])
-            sheared = np.einsum("ik,ij,jk->k", along, forces, across)
-            if (np.abs(sheared) > ROUNDING * np.abs(forces).max()).any():
-                raise ValueError(f"supports[{name!r}] = 'symmetry': must have no prestress with shear")
-            if not all(mirrors_itself(section, angle) for angle in angles):
-                raise ValueError(f"supports[{name!r}] = 'symmetry': must have a wall without D₁₆ and D₂₆")
+            sheared = np.abs(np.einsum("ik,ij,jk->k", along, forces, across)) > ROUNDING * np.abs(forces).max()
+            if sheared.any() or not all(mirrors_itself(section, angle) for angle in angles):
+                must = "must have a wall without D₁₆ and D₂₆, and no prestress with shear"
+                raise ValueError(f"supports[{name!r}] = 'symmetry': {must}")
 
         # The prestress may exceed the strength of an isotropic layer.
         load = forces[[0, 1, 0], [0, 1, 1]]
@@ -177,8 +176,10 @@ class Plate:
     @property
     def shortest_wavelength(self) -> float:
         """The shortest flexural wavelength at the highest frequency, anywhere and in any direction, m."""
-        softest = weakest(self.additions) * float(all_around(self.section).min())
-        return self.element.wavelength(self.section, softest, self.highest_frequency)
+        section, regions = self.section, [one for one in self.additions if isinstance(one, Weakened)]
+        softest = min((region.factor for region in regions), default=1.0) * float(stiffness_towards(section).min())
+        shear = () if self.thin else (section.rotary_inertia, float(np.linalg.eigvalsh(section.shear)[0]))
+        return flexural_wavelength(section.mass, softest, self.highest_frequency, *shear)
 
     def at(self, x: float | Places, y: float | Places, face: str | Sequence[str] = "front") -> Structure:
         """Return the plate struck at (x, y), or at several points.
@@ -222,16 +223,27 @@ class Plate:
         held, touches = self._held(mesh), []
         for contact in contacts:
             place = np.array([contact.x, contact.y])
-            check_place(mesh, held, place, self.element.patch_radius)
-            touches.append(Touch(place, mirrors(mesh, held, place), self.wall(contact.face)))
-        copies = {2 ** len(touch.mirrors) for touch in touches}
-        if len(copies) > 1:
+            lines = mirrors(mesh, held, place, self.element.patch_radius)
+            touches.append(Touch(place, lines, self.wall(contact.face)))
+        copies = 2 ** len(touches[0].mirrors)
+        if any(2 ** len(touch.mirrors) != copies for touch in touches):
             raise ValueError(f"x, y = {origin['at']}: must all lie on a symmetry edge or all inside")
 
-        assembled, matrices = self._assembled(mesh, held, copies.pop())
-        struck = [contact.sign * assembled.contact(touch) for contact, touch in zip(contacts, touches, strict=True)]
-        columns = np.column_stack(struck)
-        flexibility = one_or_all([self.element.flexibility(touch.wall) for touch in touches])
+        # If one mesh serves all contacts, its matrices are kept, times the number of mirror images.
+        kept = self._kept if self.shape.fixed else {}
+        known = next((one for one, _ in kept.values()), None)
+        assembled = known or self.element.assemble(mesh, self.section, held, self.additions)
+        if assembled.mass.shape[0] == 0:
+            raise ValueError("cells, mesh: must be smaller cells, as the supports hold every degree of freedom")
+        if copies not in kept:
+            kept[copies] = assembled, Matrices(copies * assembled.mass, copies * assembled.stiffness)
+        matrices = kept[copies][1]
+
+        vectors, flexibilities = zip(*map(assembled.contact, touches), strict=True)
+        # Displacements of the plate are positive away from the front, those of a contact away from its chain.
+        signs = [1.0 if contact.face == "front" else -1.0 for contact in contacts]
+        columns = np.column_stack([sign * vector for sign, vector in zip(signs, vectors, strict=True)])
+        flexibility = one_or_all(list(flexibilities))
         mass, stiffness = matrices.mass, matrices.stiffness
         fields = Field(partial(assembled.sampler, stiffness), len(columns))
         made = Structure(mass, stiffness, None, columns, flexibility, surface, origin, field=fields, matrices=matrices)
@@ -269,22 +281,6 @@ class Plate:
     def wall(self, face: str) -> Section:
         """Return the wall that is struck on a face."""
         return self.material.section("back") if face == "back" and isinstance(self.material, Laminate) else self.section
-
-    def _assembled(self, mesh: PlateMesh, held: Mapping[Tag, Support], copies: int) -> tuple[Assembled, Matrices]:
-        """Return the plate on a mesh, and its matrices times the number of mirror images.
-
-        They are kept if one mesh serves all contacts.
-        """
-        if copies in self._kept:
-            return self._kept[copies]
-        if self._kept:
-            assembled = next(iter(self._kept.values()))[0]
-        else:
-            assembled = self.element.assemble(mesh, self.section, held, self.additions)
-        entry = assembled, Matrices(copies * assembled.mass, copies * assembled.stiffness)
-        if self.shape.fixed:
-            self._kept[copies] = entry
-        return entry
 
     def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
         """Return the arguments of the plate and its contacts, as plain data."""

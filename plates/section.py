@@ -11,8 +11,9 @@ from structures.quantities import Quantity
 from structures.structure import Vector
 
 SHEAR_CORRECTION = 5.0 / 6.0  # Reissner's factor of the transverse shear stiffness of a homogeneous plate
-# Number of directions for the mean of D(φ), which is exact to rounding unless the stiffnesses differ extremely
-DIRECTIONS = 720
+# Directions over half a turn for the mean of D(φ), which is exact to rounding unless the stiffnesses differ extremely;
+# the other half is the same.
+DIRECTIONS = np.linspace(0.0, np.pi, 720, endpoint=False)
 ROUNDING = 1e-9  # Fraction of a stiffness below which an entry counts as zero
 ShearCorrection = Annotated[float, Quantity()]
 
@@ -63,7 +64,7 @@ def flexural_wavelength(
     return float(2.0 * np.pi / np.sqrt(square))
 
 
-def stiffness_towards(section: Section, angle: Vector) -> Vector:
+def stiffness_towards(section: Section, angle: Vector = DIRECTIONS) -> Vector:
     """Return the bending stiffness D(φ) for flexural waves at angles φ from x towards y (rad), N m.
 
     A wave along φ bends the plate by (c², s², 2cs), so D(φ) = D₁₁c⁴ + 2(D₁₂ + 2D₆₆)c²s² + D₂₂s⁴ + 4D₁₆c³s + 4D₂₆cs³.
@@ -88,11 +89,6 @@ def mirrors_itself(section: Section, angle: float) -> bool:
     return not coupled and bool(abs(transverse[0, 1]) <= ROUNDING * abs(transverse).max())
 
 
-def all_around(section: Section) -> Vector:
-    """Return `stiffness_towards` in evenly spaced directions over half a turn; the other half is the same."""
-    return stiffness_towards(section, np.linspace(0.0, np.pi, DIRECTIONS, endpoint=False))
-
-
 def point_rigidity(section: Section) -> float:
     """Return D of the isotropic plate with the same point impedance, N m: 1/√D is the mean of 1/√D(φ)."""
-    return float(np.mean(all_around(section) ** -0.5) ** -2)
+    return float(np.mean(stiffness_towards(section) ** -0.5) ** -2)

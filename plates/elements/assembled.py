@@ -46,19 +46,14 @@ class Assembled:
     """A plate on a mesh, in the n degrees of freedom that the supports leave free.
 
     mass, stiffness: n × n. contact: a function of a Touch that returns n numbers, which spread a unit force there and
-    read the displacement. sampler: a function of the stiffness of the whole plate that returns the sampler of fields.
+    read the displacement, and the part of the indentation that neither the plate nor Hertz's law contains, m/N.
+    sampler: a function of the stiffness of the whole plate that returns the sampler of fields.
     """
 
     mass: Matrix
     stiffness: Matrix
-    contact: Callable[[Touch], Vector]
+    contact: Callable[[Touch], tuple[Vector, float]]
     sampler: Callable[[Matrix], Sampler]
-
-
-def check_free(count: int) -> None:
-    """Raise a ValueError if the supports leave no degree of freedom."""
-    if count == 0:
-        raise ValueError("cells, mesh: must be smaller cells, as the supports hold every degree of freedom")
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,26 +120,3 @@ def mesh_sampler(mesh: Any, space: Any, motions: Matrix, section: Section, stiff
     return PlateSampler(
         points[first], cells, deflection[first] @ motions, spread @ curvature @ motions, section, stiffness
     )
-
-
-def product_sampler(
-    x: Vector, y: Vector, along_x: Sequence[Matrix], along_y: Sequence[Matrix], section: Section, stiffness: Matrix
-) -> PlateSampler:
-    """Return the sampler of a rectangular plate that is a tensor product of beams: w(x, y) = Σ f(x) g(y).
-
-    x, y: odd numbers of ascending points, m. along_x, along_y: matrices from the degrees of freedom of the beams to f,
-    f′ and f″ (g, g′ and g″) at the points. In the plate's degrees of freedom y varies fastest.
-    """
-    (f, f_x, f_xx), (g, g_y, g_yy) = along_x, along_y
-    rows = [sparse.kron(f_xx, g), sparse.kron(f, g_yy), 2.0 * sparse.kron(f_x, g_y)]
-    count = x.size * y.size
-    order = np.arange(3 * count).reshape(3, count).T.ravel()
-    curvature = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
-    number = np.arange(count).reshape(x.size, y.size)
-    low, high = number[:-2:2, :-2:2], number[2::2, :-2:2]
-    cells = np.stack([
-        low, high, number[2::2, 2::2], number[:-2:2, 2::2],
-        number[1::2, :-2:2], number[2::2, 1::2], number[1::2, 2::2], number[:-2:2, 1::2], number[1::2, 1::2],
-    ], axis=-1).reshape(-1, 9)  # fmt: skip
-    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    return PlateSampler(points, cells, sparse.csr_array(sparse.kron(f, g)), curvature, section, stiffness)

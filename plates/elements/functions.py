@@ -110,13 +110,10 @@ class Functions:
             places = places + step
             if np.abs(step).max() < 1e-12:
                 break
-        return self._reading(places, cells)
+        return self.reading(places, cells)
 
-    def sampled(self, places: Vector) -> Reading:
-        """Evaluate functions at the same places of the reference cell, 2 × places, in each cell in turn."""
-        return self._reading(places, np.arange(self.mesh.nelements))
-
-    def _reading(self, places: Vector, cells: Numbers) -> Reading:
+    def reading(self, places: Vector, cells: Numbers) -> Reading:
+        """Evaluate functions at places of the reference cell, 2 × places for all cells or 2 × cells × 1."""
         fields = [self.element.gbasis(self.mapping, places, i, cells)[0] for i in range(self.of_cells.shape[1])]
         values = np.stack([np.asarray(field) for field in fields], axis=-1)
         slopes = np.stack([field.grad for field in fields], axis=-1)
@@ -137,19 +134,15 @@ class Functions:
             self._dofs.nodal_dofs[0][self.mesh.facets[:, facets]], self._dofs.facet_dofs[:, facets],
         ])  # fmt: skip
         parts = np.append([0.0, 1.0], np.arange(1, DEGREE) / DEGREE)
-        bend = curve(self.mesh, facets, parts)
-        if not self.triangles:
-            straight = curve(self.mesh, facets, parts, bent=False)
-            for curved, chord in zip(bend, straight, strict=True):
-                curved[:, 2:] = chord[:, 2:]
-        return numbers, Curve(*(values.swapaxes(0, 1) for values in bend))
+        bent = (parts == np.round(parts)) | self.triangles
+        return numbers, Curve(*(values.swapaxes(0, 1) for values in curve(self.mesh, facets, parts, bent)))
 
 
-def curve(mesh: Any, facets: Numbers, parts: Vector, bent: bool = True) -> Curve:
+def curve(mesh: Any, facets: Numbers, parts: Vector, bent: Vector) -> Curve:
     """Return the curve of one edge at parts (0 … 1) of the way from the first to the second vertex of its facets.
 
     Between the ends of a side the curve is a cubic. At each end its direction is the mean of those of the two sides.
-    bent: if False, return the sides themselves.
+    bent: whether each part lies on the curve, or else on the side itself.
     """
     # Facets are oriented with the plate on their left.
     ends = mesh.facets[:, facets]
@@ -166,7 +159,7 @@ def curve(mesh: Any, facets: Numbers, parts: Vector, bent: bool = True) -> Curve
     ahead = along[after]
     turn = np.arctan2(along[:, 0] * ahead[:, 1] - along[:, 1] * ahead[:, 0], (along * ahead).sum(axis=1))
     joined = (after >= 0) & (np.abs(turn) < STRAIGHT)
-    turn = np.where(bent & (after >= 0) & (np.abs(turn) < np.radians(SMOOTH)), turn, 0.0)
+    turn = np.where((after >= 0) & (np.abs(turn) < np.radians(SMOOTH)), turn, 0.0)
 
     # Facets in one line form a side. The angles at its two ends, and the distance of each facet from its start:
     first, last, before, total = (np.zeros(start.size) for _ in range(4))
@@ -179,7 +172,7 @@ def curve(mesh: Any, facets: Numbers, parts: Vector, bent: bool = True) -> Curve
         total[side], last[side] = lengths[side].sum(), turn[side[-1]]
         first[side] = turn[previous[side[0]]] if side[0] in previous else 0.0
 
-    total, first, last = total[:, None], first[:, None] / 2.0, last[:, None] / 2.0
+    total, first, last = total[:, None], first[:, None] / 2.0 * bent, last[:, None] / 2.0 * bent
     place = (before[:, None] + lengths[:, None] * np.where(turned[:, None], 1.0 - parts, parts)) / total
     beyond = total * place * (1.0 - place) * (first * (1.0 - place) + last * place)
     slope = first * (1.0 - 4.0 * place + 3.0 * place**2) + last * (2.0 * place - 3.0 * place**2)

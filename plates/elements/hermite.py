@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened, extent
-from plates.elements.assembled import Assembled, PlateSampler, Touch, check_free, product_sampler
-from plates.section import Section, flexural_wavelength
+from plates.elements.assembled import Assembled, PlateSampler, Touch
+from plates.section import Section
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.meshes.mesh_reading import Tag
@@ -48,18 +48,11 @@ class Hermite:
     patch_radius: ClassVar[float] = 0.0
     unknowns: ClassVar[float] = 4.0
 
-    def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        return flexural_wavelength(section.mass, rigidity, frequency)
-
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
         """Return the cells for a wavelength, m, with lines where additions make the curvature discontinuous."""
         places = [extent(addition) for addition in additions]
         xs, ys = (tuple(place for both in places for place in both[axis]) for axis in (0, 1))
         return Cells(wavelength / FINEST, GROWTH, wavelength / COARSEST, geometric=True, lines=(xs, ys))
-
-    def flexibility(self, wall: Section) -> float:
-        """Return 0 m/N: in Kirchhoff's theory, Hertz's law contains the whole indentation."""
-        return 0.0
 
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Mapping[Tag, Support], additions: Sequence[Addition]
@@ -73,7 +66,6 @@ class Hermite:
             first, last = ("free" if name is None else supports[name] for name in names)
             beams.append(Beam(nodes, first, last, mirrored=names[1] == MIRROR))
         x, y = beams
-        check_free(x.size * y.size)
         mass, stiffness = plate_matrices(x, y, section, additions)
         return Assembled(mass, stiffness, partial(_contact, x, y), partial(_sampler, x, y, section))
 
@@ -155,18 +147,30 @@ class Beam:
         return total
 
 
-def _contact(x: Beam, y: Beam, touch: Touch) -> Vector:
-    return np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
+def _contact(x: Beam, y: Beam, touch: Touch) -> tuple[Vector, float]:
+    # In Kirchhoff's theory, Hertz's law contains the whole indentation.
+    return np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel(), 0.0
 
 
 def _sampler(x: Beam, y: Beam, section: Section, stiffness: sparse.csr_array) -> PlateSampler:
-    """Return the fields of the whole plate."""
-    (xs, along), (ys, across) = x.reading(), y.reading()
-    return product_sampler(xs, ys, along, across, section, stiffness)
+    """Return the sampler of w(x, y) = Σ f(x) g(y). In the plate's degrees of freedom y varies fastest."""
+    (xs, (f, f_x, f_xx)), (ys, (g, g_y, g_yy)) = x.reading(), y.reading()
+    rows = [sparse.kron(f_xx, g), sparse.kron(f, g_yy), 2.0 * sparse.kron(f_x, g_y)]
+    count = xs.size * ys.size
+    order = np.arange(3 * count).reshape(3, count).T.ravel()
+    curvature = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
+    number = np.arange(count).reshape(xs.size, ys.size)
+    low, high = number[:-2:2, :-2:2], number[2::2, :-2:2]
+    cells = np.stack([
+        low, high, number[2::2, 2::2], number[:-2:2, 2::2],
+        number[1::2, :-2:2], number[2::2, 1::2], number[1::2, 2::2], number[:-2:2, 1::2], number[1::2, 1::2],
+    ], axis=-1).reshape(-1, 9)  # fmt: skip
+    points = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
+    return PlateSampler(points, cells, sparse.csr_array(sparse.kron(f, g)), curvature, section, stiffness)
 
 
 def plate_matrices(
-    x: Beam, y: Beam, section: Section, additions: Sequence[Addition] = ()
+    x: Beam, y: Beam, section: Section, additions: Sequence[Addition]
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
     """Return M and K of the plate that two beams span, with additions."""
     along, across = x.integrals(), y.integrals()

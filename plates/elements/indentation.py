@@ -13,14 +13,14 @@ For a laminate the same two corrections follow from the static deflection of its
 elements through the thickness give without a plate theory.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import log, pi
 
 import numpy as np
 from scipy.special import j1
 
 from plates.laminate import LayeredSection, Ply, constants, turned
-from plates.section import Section, all_around
+from plates.section import Section, stiffness_towards
 from structures.material import Material
 from structures.structure import Vector
 
@@ -50,29 +50,20 @@ def bending_by_poisson(section: Section) -> float:
 
 def remaining_flexibility(section: Section, radius: float) -> float:
     """Return the compliance of the layer in three dimensions, minus that of the half-space and that of Mindlin's plate
-    under a disc of this radius, m; m/N.
+    under a disc of this radius, m; m/N. It is 1/2π ∫ (layer − half-space − plate · disc²) k dk.
 
     The disc's mean is 2J₁(ka)/ka. The stiffness of anisotropic walls is averaged over all directions.
     """
-    if isinstance(section, LayeredSection):
-        return _layered(section, radius)
-    rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
-    bend, thickness = bending_by_poisson(section) - radius**2 / 8.0, section.thickness
-    ratio = log(thickness / radius)
-    plate = radius**2 / rigidity * (MEAN_OF_BENDING - ratio / 4.0)
-    plate += (1.0 / shear - 2.0 * bend / rigidity) * (ratio + MEAN_OF_LOGARITHM)
-    plate += 2.0 * bend**2 / (rigidity * radius**2)
-    return (LAYER * thickness**2 / (12.0 * rigidity) - plate) / (2.0 * pi)
+    if not isinstance(section, LayeredSection):
+        rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
+        bend, thickness = bending_by_poisson(section) - radius**2 / 8.0, section.thickness
+        ratio = log(thickness / radius)
+        plate = radius**2 / rigidity * (MEAN_OF_BENDING - ratio / 4.0)
+        plate += (1.0 / shear - 2.0 * bend / rigidity) * (ratio + MEAN_OF_LOGARITHM)
+        plate += 2.0 * bend**2 / (rigidity * radius**2)
+        return (LAYER * thickness**2 / (12.0 * rigidity) - plate) / (2.0 * pi)
 
-
-def _rigidity(section: Section) -> float:
-    """Return the harmonic mean of D over all directions, N m, which determines the deflection under a point force."""
-    return float(1.0 / (1.0 / all_around(section)).mean())
-
-
-def _layered(section: LayeredSection, radius: float) -> float:
-    """Return 1/2π ∫ (layers − half-space − plate · disc²) k dk, m/N."""
-    bend = bending_by_poisson(section), radius
+    of_plate = partial(plate_deflections, section, bend=bending_by_poisson(section), radius=radius)
     wavenumber, layers = deflections(section)
     edges = np.geomspace(wavenumber[1], wavenumber[-1], 1 + (wavenumber.size - 3) // PANELS[0].size)
     place, weight = PANELS
@@ -80,16 +71,21 @@ def _layered(section: LayeredSection, radius: float) -> float:
     inner, weights = (middle + half * place).ravel(), (half * weight).ravel()
     modulus = section.struck.contact_modulus
     solid = float(((layers[2:-1] * inner - 2.0 / modulus) * weights).sum())
-    # The mean over the disc, 2J₁(ka)/ka, oscillates and needs more points; its functions are cheap.
+    # The mean over the disc oscillates and needs more points; its functions are cheap.
     ends = edges[0], edges[-1]
     fine = np.unique(np.concatenate([np.geomspace(*ends, 2001), np.linspace(*ends, 4001)]))
     disc = (2.0 * j1(fine * radius) / (fine * radius)) ** 2
-    spread = plate_deflections(section, fine, *bend) * disc * fine
+    spread = of_plate(fine) * disc * fine
     plate = float(((spread[1:] + spread[:-1]) / 2.0 * np.diff(fine)).sum())
-    plate += 4.0 / pi * float(plate_deflections(section, edges[-1:], *bend)[0]) / (radius**3 * edges[-1])
+    plate += 4.0 / pi * float(of_plate(edges[-1:])[0]) / (radius**3 * edges[-1])
     # For longer waves the difference between the plate and the layers is constant.
-    long = float(layers[1] - plate_deflections(section, edges[:1], *bend)[0] * disc[0]) * edges[0] ** 2 / 2.0
+    long = float(layers[1] - of_plate(edges[:1])[0] * disc[0]) * edges[0] ** 2 / 2.0
     return float(solid - plate + long - 2.0 * float(edges[0]) / modulus) / (2.0 * pi)
+
+
+def _rigidity(section: Section) -> float:
+    """Return the harmonic mean of D over all directions, N m, which determines the deflection under a point force."""
+    return float(1.0 / (1.0 / stiffness_towards(section)).mean())
 
 
 def plate_deflections(section: Section, wavenumber: Vector, bend: float = 0.0, radius: float = 0.0) -> Vector:
@@ -126,19 +122,13 @@ def deflections(section: LayeredSection) -> tuple[Vector, Vector]:
 
 @lru_cache(maxsize=64)
 def _deflections(plies: tuple[Ply, ...], longest: float) -> tuple[Vector, Vector]:
-    edges = np.geomspace(2.0 * longest, SHORTEST / plies[0].thickness, 26)
-    points = (edges[1:] + edges[:-1])[:, None] / 2.0 + np.diff(edges)[:, None] / 2.0 * PANELS[0]
-    wavenumber = np.concatenate([[longest, 2.0 * longest], points.ravel(), edges[-1:]])
-    count = 1 if all(isinstance(ply.material, Material) for ply in plies) else DIRECTIONS
-    mean = sum(_along(plies, wavenumber, i * pi / count) for i in range(count)) / count
-    return wavenumber, np.asarray(mean)
-
-
-def _along(plies: tuple[Ply, ...], wavenumber: Vector, direction: float) -> Vector:
-    """Return the deflections for waves in one direction, rad, by elements through the thickness.
+    """Return wavenumbers and mean deflections over the directions, by elements through the thickness.
 
     The displacement is (iU, iV, w) e^{ikx}. So the strains 11, 33, 12 are −kU, w′, −kV, and 23, 13 are iV′, i(U′ + kw).
     """
+    edges = np.geomspace(2.0 * longest, SHORTEST / plies[0].thickness, 26)
+    points = (edges[1:] + edges[:-1])[:, None] / 2.0 + np.diff(edges)[:, None] / 2.0 * PANELS[0]
+    wavenumber = np.concatenate([[longest, 2.0 * longest], points.ravel(), edges[-1:]])
     across, along = np.zeros((6, 3)), np.zeros((6, 3))
     along[0, 0] = along[5, 1] = -1.0
     along[4, 2] = across[2, 2] = across[3, 1] = across[4, 0] = 1.0
@@ -154,13 +144,16 @@ def _along(plies: tuple[Ply, ...], wavenumber: Vector, direction: float) -> Vect
     cells = [(plies[0], plies[0].thickness * 2.0**-i) for i in (HALVED, *range(HALVED, 0, -1))]
     cells += [(ply, ply.thickness / 2.0) for ply in plies[1:] for _ in (0, 1)]
     size = 3 * (DEGREE * len(cells) + 1)
-    parts = np.zeros((3, size, size))  # coefficients of k⁰, k¹, k²
-    for i, (ply, thickness) in enumerate(cells):
-        own = slice(3 * DEGREE * i, 3 * DEGREE * (i + 1) + 3)
-        stiff = turned(constants(ply.material), ply.angle - direction)
-        mixed = np.kron(mixes, along.T @ stiff @ across)
-        parts[0, own, own] += np.kron(slopes / thickness, across.T @ stiff @ across)
-        parts[1, own, own] += mixed + mixed.T
-        parts[2, own, own] += np.kron(masses * thickness, along.T @ stiff @ along)
-    force = np.eye(1, size, 2)[0]
-    return np.array([np.linalg.solve(parts[0] + k * parts[1] + k**2 * parts[2], force)[2] for k in wavenumber])
+    force, mean = np.eye(1, size, 2)[0], np.zeros(wavenumber.size)
+    count = 1 if all(isinstance(ply.material, Material) for ply in plies) else DIRECTIONS
+    for direction in range(count):
+        parts = np.zeros((3, size, size))  # coefficients of k⁰, k¹, k²
+        for i, (ply, thickness) in enumerate(cells):
+            own = slice(3 * DEGREE * i, 3 * DEGREE * (i + 1) + 3)
+            stiff = turned(constants(ply.material), ply.angle - direction * pi / count)
+            mixed = np.kron(mixes, along.T @ stiff @ across)
+            parts[0, own, own] += np.kron(slopes / thickness, across.T @ stiff @ across)
+            parts[1, own, own] += mixed + mixed.T
+            parts[2, own, own] += np.kron(masses * thickness, along.T @ stiff @ along)
+        mean += [np.linalg.solve(parts[0] + k * parts[1] + k**2 * parts[2], force)[2] for k in wavenumber]
+    return wavenumber, mean / count

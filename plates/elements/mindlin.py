@@ -17,11 +17,11 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from scipy import sparse
 
-from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened, cell_lines
-from plates.elements.assembled import Assembled, Touch, check_free, mesh_sampler
+from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened
+from plates.elements.assembled import Assembled, Touch, mesh_sampler
 from plates.elements.functions import DEGREE, Functions
 from plates.elements.indentation import bending_by_poisson, remaining_flexibility
-from plates.section import Section, flexural_wavelength
+from plates.section import Section
 from plates.shapes.mesh_geometry import QUARTER_TURN, check_straight, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
@@ -56,19 +56,14 @@ class Mindlin:
     thin: ClassVar[bool] = False
     unknowns: ClassVar[float] = 3.0 * DEGREE**2
 
-    def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """Return the wavelength in the direction that is softest in shear, m."""
-        shear = float(np.linalg.eigvalsh(section.shear)[0])
-        return flexural_wavelength(section.mass, rigidity, frequency, section.rotary_inertia, shear)
-
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
         """Return cells as small as the patch at the contact, with lines at the ends of regions and along stiffeners."""
+        regions = [addition.region for addition in additions if isinstance(addition, Weakened)]
+        ribs = [addition for addition in additions if isinstance(addition, Stiffener)]
+        xs = [x for region in regions for x in region[:2]] + [rib.start[0] for rib in ribs if rib.along_y]
+        ys = [y for region in regions for y in region[2:]] + [rib.start[1] for rib in ribs if rib.along_x]
         finest = min(self.patch_radius, wavelength)
-        return Cells(finest, GROWTH, LONGEST * wavelength, lines=cell_lines(additions))
-
-    def flexibility(self, wall: Section) -> float:
-        """Return the part of the indentation that neither the plate under the patch nor Hertz's law contains, m/N."""
-        return remaining_flexibility(wall, self.patch_radius)
+        return Cells(finest, GROWTH, LONGEST * wavelength, lines=(tuple(xs), tuple(ys)))
 
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Mapping[Tag, Support], additions: Sequence[Addition]
@@ -91,30 +86,9 @@ class Mindlin:
             except ValueError as error:
                 raise ValueError(f"additions[{i}] = {addition!r}: {error}") from error
         motions = space.motions(mesh, supports)
-        check_free(motions.shape[1])
         mass, stiffness = (sparse.csr_array(motions.T @ sparse.csr_array(m) @ motions) for m in (mass, stiffness))
         sampler = partial(mesh_sampler, mesh.mesh, space, motions, section)
-        return Assembled(mass, stiffness, partial(self._patch_force, mesh, space, motions), sampler)
-
-    def _patch_force(self, mesh: PlateMesh, space: "MindlinSpace", motions: Matrix, touch: Touch) -> Vector:
-        """Return the vector that spreads a force over the patch and reads the mean displacement there."""
-        corners = mesh.mesh.p[:, mesh.mesh.t[:, find_cells(mesh.mesh, touch.place[None])[0]]]
-        size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
-        if size > (good := COARSEST_PATCH * self.patch_radius):
-            caution(
-                f"mesh: cells of {readable(size, 'm')} at the contact are too large; use at most {readable(good, 'm')}"
-            )
-        part, weights = np.polynomial.legendre.leggauss(RINGS)
-        reach = self.patch_radius * np.sqrt((part + 1.0) / 2.0)
-        angle = 2.0 * pi * (np.arange(SPOKES) + 0.5) / SPOKES
-        away = (reach[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)).reshape(-1, 2)
-        for inward in touch.mirrors:  # points beyond a line of symmetry are mirrored
-            away = away - 2.0 * np.minimum(away @ inward, 0.0)[:, None] * inward
-        mean = space.mean(
-            touch.place + away, np.repeat(weights / (2.0 * SPOKES), SPOKES),
-            bending_by_poisson(touch.wall), -(self.patch_radius**2) / 8.0,
-        )  # fmt: skip
-        return np.asarray(mean @ motions)
+        return Assembled(mass, stiffness, partial(space.contact, self.patch_radius, motions), sampler)
 
 
 class MindlinSpace:
@@ -224,8 +198,19 @@ class MindlinSpace:
         """Return M and K of a beam on the last wall: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it."""
         start, end = np.array(stiffener.start, dtype=float), np.array(stiffener.end, dtype=float)
         step, length = end - start, stiffener.length
-        # The integrals run from cell to cell.
-        stops = _crossings(self.functions.mesh, start, step)
+
+        # The integrals run from cell to cell: the parts of the step, from 0 to 1, at which it crosses a side.
+        first_ends, last_ends = self.functions.mesh.p[:, self.functions.mesh.facets].transpose(1, 2, 0)
+        side, away = last_ends - first_ends, first_ends - start
+        turn = step[0] * side[:, 1] - step[1] * side[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            on_way = (away[:, 0] * side[:, 1] - away[:, 1] * side[:, 0]) / turn
+            on_side = (away[:, 0] * step[1] - away[:, 1] * step[0]) / turn
+        met = (on_way > 0.0) & (on_way < 1.0) & (on_side > -ROUNDING) & (on_side < 1.0 + ROUNDING)
+        stops = np.unique(np.concatenate([[0.0, 1.0], on_way[met]]))
+        stops = stops[np.append(True, np.diff(stops) > ROUNDING)]
+        stops[-1] = 1.0
+
         place, weights = LINE
         size = np.diff(stops)[:, None]
         part = (stops[:-1, None] + 0.5 * (1.0 + place) * size).ravel()
@@ -239,21 +224,37 @@ class MindlinSpace:
         stiffness = stiffness + stiffener.torsion_stiffness * (twisted.T @ weight @ twisted)
         return sparse.csr_array(stiffener.mass_per_length * (value.T @ weight @ value)), sparse.csr_array(stiffness)
 
-    def mean(self, points: Vector, weights: Vector, first: float, last: float) -> Vector:
-        """Return the weighted mean of w + first ∇·s₁ + last ∇·s₂ at points, p × 2, m, as a vector.
+    def contact(self, radius: float, motions: Matrix, touch: Touch) -> tuple[Vector, float]:
+        """Return the vector that spreads a force over a disc of this radius, m, and reads the displacement there, and
+        the flexibility that remains, m/N.
 
-        s₁ and s₂ are the slopes of the first and the last wall. The last wall hardly shears, so s₂ is the slope of w,
-        which the mean over the disc needs.
+        The displacement is the mean of w + e ∇·s₁ − a²/8 ∇·s₂ with the slopes of the first and the last wall. The last
+        wall hardly shears, so s₂ is the slope of w, which the mean over the disc needs.
         """
-        reading = self.functions.at(points)
+        mesh = self.functions.mesh
+        corners = mesh.p[:, mesh.t[:, find_cells(mesh, touch.place[None])[0]]]
+        size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
+        if size > (good := COARSEST_PATCH * radius):
+            caution(
+                f"mesh: cells of {readable(size, 'm')} at the contact are too large; use at most {readable(good, 'm')}"
+            )
+
+        # Points on rings around the contact
+        part, weights = np.polynomial.legendre.leggauss(RINGS)
+        reach = radius * np.sqrt((part + 1.0) / 2.0)
+        angle = 2.0 * pi * (np.arange(SPOKES) + 0.5) / SPOKES
+        away = (reach[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)).reshape(-1, 2)
+        for inward in touch.mirrors:  # points beyond a line of symmetry are mirrored
+            away = away - 2.0 * np.minimum(away @ inward, 0.0)[:, None] * inward
+        reading, weights = self.functions.at(touch.place + away), np.repeat(weights / (2.0 * SPOKES), SPOKES)
         mean = np.outer(weights @ reading.value, self._w)
-        for s, bend in ((self._s[0], first), (self._s[-1], last)):
+        for s, bend in ((self._s[0], bending_by_poisson(touch.wall)), (self._s[-1], -(radius**2) / 8.0)):
             mean += bend * (np.outer(weights @ reading.slope_x, s[0]) + np.outer(weights @ reading.slope_y, s[1]))
-        return np.asarray(mean.ravel())
+        return np.asarray(mean.ravel() @ motions), remaining_flexibility(touch.wall, radius)
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
         """Return matrices that evaluate w and κ (three rows) at places of the reference cell, 2 × places, by cell."""
-        reading = self.functions.sampled(places)
+        reading = self.functions.reading(places, np.arange(self.functions.mesh.nelements))
         # Moments are those of all walls together, so curvatures are weighted by the parts of the bending stiffness.
         parts = [[part * k for k in _curvature(s)] for (_, _, part), s in zip(self.walls, self._s, strict=True)]
         x, y = np.sum(parts, axis=0)
@@ -265,19 +266,3 @@ def _curvature(s: Vector) -> tuple[Vector, Vector]:
     """Return κ_x and κ_y in κ = ∂x κ_x + ∂y κ_y: (s_x, 0, s_y) and (0, s_y, s_x)."""
     none = np.zeros_like(s[0])
     return np.stack([s[0], none, s[1]]), np.stack([none, s[1], s[0]])
-
-
-def _crossings(mesh: Any, start: Vector, step: Vector) -> Vector:
-    """Return the fractions of the step, ascending from 0 to 1, at which it passes from cell to cell."""
-    first_ends, last_ends = mesh.p[:, mesh.facets].transpose(1, 2, 0)
-    side = last_ends - first_ends
-    turn = step[0] * side[:, 1] - step[1] * side[:, 0]
-    away = first_ends - start
-    with np.errstate(divide="ignore", invalid="ignore"):
-        on_way = (away[:, 0] * side[:, 1] - away[:, 1] * side[:, 0]) / turn
-        on_side = (away[:, 0] * step[1] - away[:, 1] * step[0]) / turn
-    met = (on_way > 0.0) & (on_way < 1.0) & (on_side > -ROUNDING) & (on_side < 1.0 + ROUNDING)
-    crossings = np.unique(np.concatenate([[0.0, 1.0], on_way[met]]))
-    distinct: Vector = crossings[np.concatenate([[True], np.diff(crossings) > ROUNDING])]
-    distinct[-1] = 1.0
-    return distinct

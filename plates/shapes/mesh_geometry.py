@@ -66,61 +66,40 @@ def find_cells(mesh: Any, points: Vector) -> Numbers:
     outside = np.flatnonzero(depth[np.arange(len(points)), best] < -OUTSIDE)
     if outside.size:
         x, y = points[outside[0]]
-        raise ValueError(f"({x:.6g}, {y:.6g}) m lies outside the plate")
+        raise ValueError(f"x, y = {x:.6g}, {y:.6g}: must lie on the plate, not outside or in a hole")
     return np.asarray(candidates[best])
 
 
-def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> list[Vector]:
+def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> list[Vector]:
     """Return the lines of symmetry through a place, m, as unit normals into the mesh.
 
-    Raise a ValueError if two lines are not at right angles.
+    Raise a ValueError if the place cannot be struck: outside, on a fixed edge, within a radius, m, of any edge, or
+    where two lines are not at right angles.
     """
+    name = f"{place[0]:.6g}, {place[1]:.6g}"
+    find_cells(mesh.mesh, place[None])
+    near = NEAREST * float(np.ptp(mesh.mesh.p, axis=1).max())
+    starts, ends = mesh.mesh.p[:, mesh.mesh.facets].transpose(1, 2, 0)
+    away = distances(starts, ends, place)
     inward: list[Vector] = []
-    for name, support in supports.items():
-        facets = mesh.edges[name] if support == "symmetry" else np.zeros(0, dtype=np.int64)
-        for facet in facets[_away(mesh, facets, place) < _near(mesh)]:
+    for edge, support in supports.items():
+        struck = mesh.edges[edge][away[mesh.edges[edge]] < near]
+        if struck.size and not isinstance(support, ElasticEdge) and support != "symmetry":
+            raise ValueError(f"x, y = {name}: must not lie on a {support} edge, which cannot move")
+        for facet in struck if support == "symmetry" else ():
             across = (tangents(mesh.mesh, np.array([facet])) @ QUARTER_TURN)[0]
             inside = mesh.mesh.p[:, mesh.mesh.t[:, mesh.mesh.f2t[0, facet]]].mean(axis=1) - place
             if all(abs(across @ other) < 1.0 - NEAREST for other in inward):
                 inward.append(across * np.sign(across @ inside))
     if len(inward) > 2 or (len(inward) == 2 and abs(inward[0] @ inward[1]) > NEAREST):
-        raise ValueError(f"x, y = {_text(place)}: must not lie where edges of symmetry meet at other than right angles")
-    return inward
+        raise ValueError(f"x, y = {name}: must not lie where edges of symmetry meet at other than right angles")
 
-
-def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> None:
-    """Raise a ValueError if a place, m, lies outside, on a fixed edge, or within a radius, m, of an edge."""
-    try:
-        find_cells(mesh.mesh, place[None])
-    except ValueError:
-        raise ValueError(f"x, y = {_text(place)}: must lie on the plate, not outside or in a hole") from None
-    for name, support in supports.items():
-        if isinstance(support, ElasticEdge) or support in ("free", "symmetry"):
-            continue
-        if mesh.edges[name].size and _away(mesh, mesh.edges[name], place).min() < _near(mesh):
-            raise ValueError(f"x, y = {_text(place)}: must not lie on a {support} edge, which cannot move")
-    if radius == 0.0:
-        return
     # Facets on lines of symmetry through the place do not count as edges.
     boundary = mesh.mesh.boundary_facets()
-    for inward in mirrors(mesh, supports, place):
-        corners = mesh.mesh.p[:, mesh.mesh.facets[:, boundary]]
-        aside = np.einsum("jkf,j->kf", corners - place[:, None, None], inward)
-        boundary = boundary[np.abs(aside).max(axis=0) > _near(mesh)]
-    reach = _away(mesh, boundary, place).min() if boundary.size else np.inf
-    if reach < radius * (1.0 - NEAREST):
-        raise ValueError(f"patch_radius = {radius:.4g}: must be at most {reach:.3g} m at ({_text(place)})")
-
-
-def _away(mesh: PlateMesh, facets: Numbers, place: Vector) -> Vector:
-    """Return the distances from a place to facets, m."""
-    corners = mesh.mesh.p[:, mesh.mesh.facets[:, facets]].transpose(1, 2, 0)
-    return distances(corners[0], corners[1], place)
-
-
-def _near(mesh: PlateMesh) -> float:
-    return NEAREST * float(np.ptp(mesh.mesh.p, axis=1).max())
-
-
-def _text(place: Vector) -> str:
-    return f"{place[0]:.6g}, {place[1]:.6g}"
+    for across in inward:
+        aside = np.abs([(starts[boundary] - place) @ across, (ends[boundary] - place) @ across])
+        boundary = boundary[aside.max(axis=0) > near]
+    reach = away[boundary].min(initial=np.inf)
+    if radius > 0.0 and reach < radius * (1.0 - NEAREST):
+        raise ValueError(f"patch_radius = {radius:.4g}: must be at most {reach:.3g} m at ({name})")
+    return inward

@@ -41,7 +41,7 @@ BOTH = [({name: bad}, f"{name} = ") for name in ("length", "thickness") for bad 
     ({"material": "PTFE"}, "material = 'PTFE': must be a Material or a Laminate"),
     ({"supports": "free"}, "supports = 'free'"),
     ({"cells": (1, 2, 3)}, "cells = "),
-    ({"additions": ["rib"]}, r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened or a Prestress"),
+    ({"additions": ["rib"]}, r"additions = \['rib'\]: must be a list of PointMass, Stiffener, Weakened and"),
     ({"cells": "ab"}, "cells = "),
 ]
 """Changes of the arguments that both builders of rectangles refuse."""
@@ -78,7 +78,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.Stiffener(0.1, (0.1, 0.1), 1.0), r"start = 0\.1: must be \(x, y\), in m"),
         (lambda: hl.Weakened((0.1, 0.2, 0.3), 0.5), r"region = .*must be \(left, right, bottom, top\)"),
         (lambda: hl.Weakened((0.2, 0.1, 0.3, 0.4), 0.5), "region = .*ascending"),
-        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 30.0), r"factor = 30\.0: must be at most 1"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 30.0), r"factor = 30\.0: must lie between 0 and 1"),
         (
             lambda: added(hl.PointMass(1.1, 0.1, 1.0)),
             r"additions\[0\] = .*must lie on the plate, x 0 to 1, y 0 to 0\.7 m",
@@ -86,7 +86,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: added(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)), r"additions\[1\] = .*must be parallel"),
         (lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)), r"additions\[1\] = .*must not overlap"),
         (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
-        (lambda: sheet(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between ±√.*, 3\.742"),
+        (lambda: sheet(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between -3\.74\d+ and 3\.74"),
         (lambda: hl.Ply("carbon", 1e-3), "material = 'carbon': must be a Material or an OrthotropicMaterial"),
         (lambda: hl.Laminate([]), r"plies = \[\]: must be a list of one Ply or more"),
         (lambda: hl.Laminate([hl.Ply(sheet(shear_modulus_across=2e9), 1e-3)]), r"shear_modulus_across.*ν = 1\.5"),
@@ -115,7 +115,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: hl.kirchhoff_plate(0.1, 0.1, 1e-3, MATERIAL, hl.Supports(), cells=(10**6, 10**6)),
             "cells = .*at most",
         ),
-        (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
+        (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be a whole number, at most 2000"),
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "in all, not 3000"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
     ],
