@@ -18,7 +18,7 @@ import click
 
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
-from hertzlink.output import WRONG_INPUT, check_output, complain, deliver, printable, say, set_up
+from hertzlink.output import WRONG_INPUT, check_output, complain, delivered, printable, say, set_up
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -158,7 +158,7 @@ def write_results(
     data = with_warnings(done.data, [of_case(finding) for finding in (*findings_of(done.data), *findings)])
     took = perf_counter() - began
 
-    def write(into: Path) -> None:
+    with delivered(folder, force, text) as into:
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         for file, content in {"table.txt": printable(text) + "\n", "case.toml": case.to_toml(), **done.files}.items():
             (into / file).write_text(content, encoding="utf-8")
@@ -174,8 +174,6 @@ def write_results(
         except (OSError, RuntimeError, ValueError) as error:
             # The numbers have taken long. Fonts or programs that figures need may be missing.
             complain(f"warning: the report is not complete: {error}")
-
-    deliver(folder, write, force, text)
     return done.code
 
 

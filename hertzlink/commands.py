@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hertzlink.cli import FORCE, of_case, output_option
-from hertzlink.output import check_output, deliver, say, write_file
+from hertzlink.output import check_output, delivered, say, write_file
 from structures.checks import existing
 from structures.quantities import Likely
 from structures.units import NUMBER
@@ -42,10 +42,10 @@ def show_signal(
     if file.suffix == ".toml":
         raise ValueError(f"{file}: is a case; give the file of a scope or recorder")
     name = picture or Path(f"{file.stem}-signal.png")
-    if name.suffix not in REMARKS:
-        raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
-    if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
-        raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
+    foreign = name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes())
+    if foreign or name.suffix not in REMARKS:
+        why = "exists already, and hertzlink did not write it; give another name"
+        raise ValueError(f"--picture {name}: " + (why if foreign else f"must end with {', '.join(REMARKS)}"))
     plain = NUMBER.fullmatch(interval or "")
     text = f"{interval} s" if plain and not plain[2] else interval
     seconds = None if interval is None else number(text, Likely.TIME, ("--interval",))
@@ -163,8 +163,6 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
         data = run.assign_attrs(provenance({"case": case.to_toml(), "participant": participant}))
         files = {"results.nc": bytes(data.to_netcdf(engine="h5netcdf"))}
 
-    def write(into: Path) -> None:
+    with delivered(folder, force, "\n".join(lines)) as into:
         for file_name, content in files.items():
             (into / file_name).write_bytes(content)
-
-    deliver(folder, write, force, "\n".join(lines))

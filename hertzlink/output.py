@@ -8,8 +8,8 @@ import re
 import shutil
 import stat
 import warnings
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any
@@ -66,17 +66,20 @@ def check_output(folder: Path, force: bool) -> None:
         with suppress(FileNotFoundError, NotADirectoryError):
             folder.stat()  # fails on a link that leads to itself
         path = folder.resolve()
+        reason = ""
         if path.exists() and not path.is_dir():
-            raise ValueError(f"{name}: is a file; give a folder")
-        if path == Path.cwd() or path in Path.cwd().parents:
-            raise ValueError(f"{name}: contains the current folder; give another one")
-        if path.exists() and (foreign := foreign_files(path)):
+            reason = "is a file; give a folder"
+        elif path == Path.cwd() or path in Path.cwd().parents:
+            reason = "contains the current folder; give another one"
+        elif path.exists() and (foreign := foreign_files(path)):
             reason = f"contains {foreign[0]}, which no earlier command wrote, or which was changed since"
-            raise ValueError(f"{name}: {reason}; move it away, or give another folder")
-        if path.exists() and not force:
-            raise ValueError(f"{name}: exists already; give another folder, or use --force to replace it")
-        if not path.parent.is_dir():
-            raise ValueError(f"{name}: its parent folder does not exist")
+            reason += "; move it away, or give another folder"
+        elif path.exists() and not force:
+            reason = "exists already; give another folder, or use --force to replace it"
+        elif not path.parent.is_dir():
+            reason = "its parent folder does not exist"
+        if reason:
+            raise ValueError(f"{name}: {reason}")
         # Only a trial shows whether a folder can be made here.
         trial = temporary_beside(path)
         trial.mkdir()
@@ -106,21 +109,18 @@ def temporary_beside(path: Path) -> Path:
     return path.with_name(f".{path.name[:40]}.{token_hex(8)}.part")
 
 
-def deliver(folder: Path, write: Callable[[Path], None], force: bool, text: str) -> None:
-    """Write a folder, show a text, and say where the files are: the folder on one line, which can be copied."""
-    write_folder(folder, write, force)
-    say(f"{text}\n\nwritten to {folder.resolve()}:")
-    say(", ".join(sorted(path.name for path in folder.iterdir())))
+@contextmanager
+def delivered(folder: Path, force: bool, text: str) -> Iterator[Path]:
+    """Give a temporary folder for all files, which is then renamed: the folder appears complete, or not at all.
 
-
-def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
-    """Write all files into a temporary folder, then rename it: the folder appears complete, or not at all."""
+    Then show a text, and say where the files are: the folder on one line, which can be copied.
+    """
     folder = folder.resolve()
     new, old = temporary_beside(folder), temporary_beside(folder)
     new.mkdir()
     try:
         try:
-            write(new)
+            yield new
             lines = [f"{listed(path)}\n" for path in sorted(new.iterdir())]
             (new / LISTING).write_text("".join(lines), encoding="utf-8")
         except OSError as error:
@@ -140,6 +140,8 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         shutil.rmtree(old, ignore_errors=True)
     finally:
         shutil.rmtree(new, ignore_errors=True)
+    say(f"{text}\n\nwritten to {folder}:")
+    say(", ".join(sorted(path.name for path in folder.iterdir())))
 
 
 def write_file(path: Path, content: bytes) -> None:

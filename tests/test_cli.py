@@ -18,7 +18,7 @@ from click.shell_completion import ShellComplete
 from coupling.sweeps.points import Stopped
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
-from hertzlink.output import check_output, complain, deliver, write_folder
+from hertzlink.output import check_output, complain, delivered
 from hertzlink.studies import thesis
 from structures.kernels.compiling import users_folder
 
@@ -291,8 +291,9 @@ def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def old_table(into: Path) -> None:
-    (into / "table.txt").write_text("old")
+def write_old(folder: Path) -> None:
+    with delivered(folder, False, "") as into:
+        (into / "table.txt").write_text("old")
 
 
 def test_a_message_is_one_line_and_a_path_is_whole(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -301,20 +302,22 @@ def test_a_message_is_one_line_and_a_path_is_whole(capsys: pytest.CaptureFixture
     complain(long.replace(", ", ",\n"))
     assert capsys.readouterr().err == f"hertzlink: {long}\n"
     folder = tmp_path / ("taps of the second-day " * 3).strip()
-    deliver(folder, lambda into: (into / "results.nc").touch(), False, "done")
+    with delivered(folder, False, "done") as into:
+        (into / "results.nc").touch()
     assert capsys.readouterr().out == f"done\n\nwritten to {folder.resolve()}:\nfiles.txt, results.nc\n"
 
 
 def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     folder = tmp_path / "results"
-    write_folder(folder, old_table, force=False)
+    write_old(folder)
 
-    def fail(into: Path) -> None:
-        (into / "half").write_text("half")
-        raise OSError("disk full")
+    def fail() -> None:
+        with delivered(folder, True, "") as into:
+            (into / "half").write_text("half")
+            raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
-        write_folder(folder, fail, force=True)
+        fail()
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
     assert sorted(path.name for path in folder.iterdir()) == ["files.txt", "table.txt"]
     assert (folder / "table.txt").read_text() == "old"
@@ -330,7 +333,7 @@ def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
             check_output(folder, force=True)
         assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
-    write_folder(folder, old_table, force=False)
+    write_old(folder)
     (folder / "notes.txt").write_text("mine")
     refused("notes.txt")
     (folder / "notes.txt").unlink()
@@ -356,17 +359,18 @@ def test_what_comes_while_a_study_writes_is_kept(tmp_path: Path, force: bool) ->
     """A file of the user's in the folder that is replaced, or the folder of another study."""
     folder = tmp_path / "results"
     if force:
-        write_folder(folder, old_table, force=False)
+        write_old(folder)
 
-    def write(into: Path) -> None:
-        (into / "table.txt").write_text("new")
-        if not force:
-            write_folder(folder, old_table, force=False)
-        (folder / "notes.txt").write_text("mine")
+    def write() -> None:
+        with delivered(folder, force, "") as into:
+            (into / "table.txt").write_text("new")
+            if not force:
+                write_old(folder)
+            (folder / "notes.txt").write_text("mine")
 
     words = r"that would be deleted; nothing was changed; the new folder is .*results-2"
     with pytest.raises(OSError, match=words):
-        write_folder(folder, write, force)
+        write()
     assert (folder / "table.txt").read_text() == "old"
     assert (folder / "notes.txt").read_text() == "mine"
     assert (tmp_path / "results-2" / "table.txt").read_text() == "new"

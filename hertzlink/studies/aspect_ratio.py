@@ -42,11 +42,12 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
             structure = hl.reduce(plate.at(centre, centre), UNTIL, REDUCTION)
         return hl.CoSimulation(shared.plate_chain(diameter), structure)
 
-    def measure(run: xr.Dataset) -> xr.Dataset:
-        contact = shared.scalars(contact_time=(hl.contact_time(run), "s", "last bead's contact with the plate"))
-        return shared.returned(run).merge(contact)
-
-    data = hl.sweep(build, UNTIL, jobs, measure, body=BODIES, thickness=THICKNESSES, diameter=DIAMETERS)
+    contact = "s", "last bead's contact with the plate"
+    data = hl.sweep(
+        build, UNTIL, jobs,
+        lambda run: shared.returned(run).merge(shared.scalars(contact_time=(hl.contact_time(run), *contact))),
+        body=BODIES, thickness=THICKNESSES, diameter=DIAMETERS,
+    )  # fmt: skip
     lines = np.array([[theory(ratio, speed) for speed in SPEEDS] for ratio in RATIOS])
     data = data.assign_coords(ratio=RATIOS, speed=list(SPEEDS))
     data["theory_amplitude_ratio"] = (("ratio", "speed"), lines[..., 0], {"units": "1"})
@@ -120,9 +121,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     return {"amplitude_ratio": ratios, "time_of_flight": flights}
 
 
-def over_ratio(
-    axis: draw.Axes, data: xr.Dataset, values: xr.DataArray, theory: xr.DataArray | None = None
-) -> None:  # fmt: skip
+def over_ratio(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray, theory: xr.DataArray | None = None) -> None:
     """Draw filled markers for the thesis's plates, hollow ones for infinite plates, and lines of Zener's theory."""
     for i, diameter in enumerate(data.diameter.values):
         label, ratio = f"D = {diameter * 1e3:.2f} mm", diameter / data.thickness.values

@@ -10,9 +10,9 @@ from coupling.results.findings import findings_of, one_of_each, warn, with_warni
 from coupling.results.hdf5 import read_netcdf
 from coupling.results.provenance import provenance, stored
 from hertzlink.cli import FORCE, JOBS, Listing, output_option
-from hertzlink.output import check_output, deliver
+from hertzlink.output import check_output, delivered
 from hertzlink.studies import STUDIES, captions, draw, study
-from hertzlink.studies.compare import HEAD, Row, compare, table
+from hertzlink.studies.compare import HEAD, Row, answer, compare, table
 from structures.caution import collected
 from structures.checks import nearest
 
@@ -29,8 +29,10 @@ Found = tuple[list[Row], dict[str, draw.Figure]]
 
 def found_in(name: str, data: xr.Dataset) -> Found:
     """Return the rows of the table of a study, and its figures by their titles."""
+    from matplotlib import rc_context
+
     of = study(name)
-    with draw.style():
+    with rc_context(draw.STYLE):  # type: ignore[arg-type]
         return of.table(data) if hasattr(of, "table") else compare(name, of.numbers(data)), of.figures(data)
 
 
@@ -44,9 +46,9 @@ def write(
     from hertzlink.reports import Page, Picture, Table, html, sketch_and_input, usual_facts
 
     of, (rows, figures), remark = study(name), found, str(data.attrs.get("comment", ""))
-    text = "\n\n".join(filter(None, (remark, table(rows))))
+    text, first = "\n\n".join(filter(None, (remark, table(rows)))), answer(rows)
 
-    def write_files(into: Path) -> None:
+    with delivered(folder, force, of.summary(data) if hasattr(of, "summary") else f"{first}\n\n{text}") as into:
         if with_data:
             (into / f"{name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / "table.txt").write_text(text + "\n", encoding="utf-8")
@@ -57,7 +59,7 @@ def write(
 
         words, took = captions(name), data.attrs.get("time_taken")
         sketch, texts = sketch_and_input(data)
-        about = [STUDIES[name], "Equations, figures, tables and sections are those of the thesis."]
+        about = [first, STUDIES[name], "Equations, figures, tables and sections are those of the thesis."]
         pictures = [*(Picture(figure, words[title], title) for title, figure in figures.items()), *sketch]
         numbers = [row.cells for row in rows], [row.remark for row in rows]
         tables = [Table("Numbers of the thesis and of hertzlink", tuple(HEAD), *numbers)]
@@ -65,18 +67,14 @@ def write(
         page = Page(f"Study {name}", about, pictures, tables, one_of_each(findings_of(data)), texts, facts, remark)
         (into / "report.html").write_text(html(page), encoding="utf-8")
 
-    deliver(folder, write_files, force, of.summary(data) if hasattr(of, "summary") else text)
-
-
-def begun(context: click.Context, parameter: click.Parameter, part: str) -> list[str]:
-    """Return the studies whose names begin so, for shells that complete what is typed."""
-    return [name for name in STUDIES if name.startswith(part)]
-
 
 @click.command(
     "study", cls=Listing, title="Studies", rows=STUDIES.items, short_help="Run a study of the thesis, or one beyond it."
 )
-@click.argument("name", metavar="NAME", shell_complete=begun)
+@click.argument(
+    "name", metavar="NAME",
+    shell_complete=lambda context, parameter, part: [name for name in STUDIES if name.startswith(part)],
+)  # fmt: skip
 @click.option("--quick", is_flag=True, help="A coarse version that runs in seconds.")
 @output_option("named as the study")
 @FORCE

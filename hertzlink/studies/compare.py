@@ -5,7 +5,7 @@ between the thesis's own simulations, and that of its experiments.
 """
 
 import csv
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import zip_longest
@@ -207,6 +207,20 @@ def bracketed(low: float, high: float) -> str:
 def counts(rows: Iterable[Row]) -> dict[str, int]:
     words = [row.verdict for row in rows]
     return {word: words.count(word) for word in VERDICTS}
+
+
+def in_words(rows: Iterable[Row]) -> str:
+    """Return how many numbers agree, differ and are misprints; empty where nothing is judged."""
+    plural = {AGREES: "agree", DIFFERS: "differ", MISPRINT: "misprints"}
+    found = counts(rows).items()
+    return ", ".join(f"{count} {plural[word] if count > 1 else word}" for word, count in found if count)
+
+
+def answer(rows: Sequence[Row]) -> str:
+    """Return the answer of a study: how many numbers agree; where nothing is judged, its first number."""
+    if said := in_words(rows):
+        return f"Numbers of the thesis: {said}."
+    return f"{rows[0].number}: {rows[0].hertzlink} {rows[0].unit}".rstrip() + "."
 
 
 def table(rows: Iterable[Row]) -> str:

@@ -1,6 +1,6 @@
 """Beyond section 6.2.2: AR near an edge depends on λ and d/ℓ only; and the law that follows."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -81,10 +81,6 @@ class Pair:
         distance, highest = scaled * self.length(inelasticity), HIGHEST_PHASE / self.contact_time
         return self.on(hl.half_plane(thickness, self.wall, edge, distance, self.record, highest))
 
-    def ratios(self, edge: str, inelasticity: float, distances: Iterable[float]) -> list[float]:
-        """Return AR at distances over ℓ; infinity is the plate without an edge."""
-        return [ratio(self.near(edge, inelasticity, scaled).run(self.record)) for scaled in distances]
-
 
 # The thesis's middle bead on aluminium, and another bead and another speed at the same λ and d/ℓ.
 LARGE, SMALL = hl.Sphere(4.765e-3, hl.STEEL_440C), hl.Sphere(2.38e-3, hl.STEEL_440C)
@@ -116,22 +112,16 @@ def sampled(
     pairs: dict[str, Pair], parameters: Sequence[float], distances: Sequence[float], jobs: int | None
 ) -> xr.Dataset:
     """Return AR over edge, λ and d/ℓ, its value far away, the difference, and by how much that of the table errs."""
-
-    def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
-        return pairs[pair].near(edge, inelasticity, scaled_distance)
-
     runs = hl.sweep(
-        near, min(pair.record for pair in pairs.values()), jobs, lambda run: xr.Dataset({"ratio": ratio(run)}),
+        lambda pair, edge, inelasticity, scaled_distance: pairs[pair].near(edge, inelasticity, scaled_distance),
+        min(pair.record for pair in pairs.values()), jobs, lambda run: xr.Dataset({"ratio": ratio(run)}),
         pair=list(pairs), edge=EDGES, inelasticity=parameters, scaled_distance=(*distances, np.inf),
     ).ratio  # fmt: skip
     ratios, far = runs.isel(scaled_distance=slice(None, -1)), runs.isel(edge=0, scaled_distance=-1, drop=True)
-
-    def tabulated(edge: str, parameter: float) -> Vector:
-        return np.interp(distances, *edge_difference(str(edge), MAIN.stiffness_ratio, parameter))
-
     table: xr.DataArray = xr.apply_ufunc(
-        tabulated, runs.edge, runs.inelasticity, output_core_dims=[["scaled_distance"]], vectorize=True
-    )
+        lambda edge, parameter: np.interp(distances, *edge_difference(str(edge), MAIN.stiffness_ratio, parameter)),
+        runs.edge, runs.inelasticity, output_core_dims=[["scaled_distance"]], vectorize=True,
+    )  # fmt: skip
     data = xr.Dataset({"amplitude_ratio": ratios, "far_ratio": far, "difference": ratios - far})
     return data.assign(table_error=table - data.difference)
 
@@ -170,14 +160,11 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    return {"collapse": collapse(data), "critical_distance": by_parameter(data)}
-
-
-def collapse(data: xr.Dataset) -> draw.Figure:
-    """Return AR against d/ℓ for each edge: lines of constant λ, and markers for another bead and another speed."""
+    """Return AR against d/ℓ for each edge, and the critical distance against λ with the thesis's two lines (6.41)."""
     from matplotlib import colormaps
 
-    figure, panels = draw.each(
+    # Lines of constant λ, and markers for another bead and another speed.
+    collapse, panels = draw.each(
         data, "edge", "{} edge".format, width=3.3, ylabels=["amplitude ratio AR"],
         xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0),
     )  # fmt: skip
@@ -193,13 +180,9 @@ def collapse(data: xr.Dataset) -> draw.Figure:
                     axis.plot(data.other_distance, others.sel(pair=name), marker, color=colour, **hollow)
     for marker, name in zip(draw.MARKERS, data.pair.values, strict=False):
         panels[0][0].plot([], [], marker, color="black", label=str(name), **hollow)
-    draw.legend_above(figure, panels[0][0], 5)
-    return figure
+    draw.legend_above(collapse, panels[0][0], 5)
 
-
-def by_parameter(data: xr.Dataset) -> draw.Figure:
-    """Return c against λ by the law, with its bounds, simulated values, and the thesis's two lines (equation 6.41)."""
-    figure, panels = draw.each(
+    by_parameter, panels = draw.each(
         data.sel(within=SHOWN), "edge", "{} edge".format, width=3.3, xlabel="inelasticity parameter λ",
         ylim=(0.0, 6.0), ylabels=[f"critical distance c = $d_c$ / ℓ (AR ± {SHOWN})"],
     )  # fmt: skip
@@ -213,5 +196,5 @@ def by_parameter(data: xr.Dataset) -> draw.Figure:
         for line, path, style in zip(("A0 Lamb", "Rayleigh"), np.transpose(paths), ("--", "-."), strict=True):
             draw.theory_line(axis, x, path, f"path of the {line} wave during a contact", style)
         draw.logarithmic(axis, "x")
-    draw.legend_above(figure, panels[0][0], 5)
-    return figure
+    draw.legend_above(by_parameter, panels[0][0], 5)
+    return {"collapse": collapse, "critical_distance": by_parameter}

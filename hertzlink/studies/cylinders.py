@@ -116,12 +116,9 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return wave speed against peak contact force (5.9b), and against the angle (5.11)."""
     curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
-    return {"speed_force": draw.compared(curves), "angle": over_angle(data)}
 
-
-def over_angle(data: xr.Dataset) -> draw.Figure:
-    """Return the wave speed over the angle; hollow and dashed where contacts are too long for half-spaces."""
-    figure, (axis,) = draw.panels()
+    # Hollow and dashed where contacts are too long for half-spaces.
+    over_angle, (axis,) = draw.panels()
     angles = np.array(ANGLES)
     beyond = (angles > 0.0) & (angles < HERTZ_ANGLE)
     for i, force in enumerate(FORCES):
@@ -138,4 +135,4 @@ def over_angle(data: xr.Dataset) -> draw.Figure:
     axis.set(xlabel="angle between neighbours (°)", ylabel="wave speed over that at 90°")
     axis.set(xticks=[0, 10, 30, 45, 60, 75, 90], ylim=(0.0, None))
     axis.legend()
-    return figure
+    return {"speed_force": draw.compared(curves), "angle": over_angle}

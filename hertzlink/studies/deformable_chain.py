@@ -138,15 +138,10 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return figures 3.3 (section) and 3.5 (speed_force)."""
-    return {"section": section(data), "speed_force": speed_force(data)}
-
-
-def section(data: xr.Dataset) -> draw.Figure:
-    """Return the force through the central section beside the mean of the contacts, and their difference."""
+    """Return figure 3.3, with the difference between the two forces, and figure 3.5, with ratios to theory."""
     mean, section, averaged, centre = at_sensor(data)
     labels = ("force at bead 10 (N)", "central section minus mean (N)")
-    figure, axes = draw.panels(2, width=3.8, height=3.8, xlabel="time (µs)", ylabels=labels)
+    at_bead, axes = draw.panels(2, width=3.8, height=3.8, xlabel="time (µs)", ylabels=labels)
     time = mean.time.values * 1e6
     axes[0].plot(time, section, "-", color=draw.COLOURS[1], label="central section")
     axes[0].plot(time, mean, "--", color=draw.COLOURS[0], label="mean of the contacts")
@@ -156,13 +151,10 @@ def section(data: xr.Dataset) -> draw.Figure:
     middle = float(time[int(mean.values.argmax())])
     for axis in axes:
         axis.set_xlim(middle - 30.0, middle + 30.0)
-    draw.legend_above(figure, axes[0], 2)
-    return figure
+    draw.legend_above(at_bead, axes[0], 2)
 
-
-def speed_force(data: xr.Dataset) -> draw.Figure:
     labels = ("wave speed (m/s)", "wave speed over theory")
-    figure, axes = draw.panels(2, width=3.6, xlabel="peak contact force (N)", ylabels=labels)
+    speed_force, axes = draw.panels(2, width=3.6, xlabel="peak contact force (N)", ylabels=labels)
     force = data.speed_peak_force
     fine = np.geomspace(float(force.min()), float(force.max()), 200)
     speeds = (data.speed_wave_speed, by_force(fine))
@@ -173,5 +165,5 @@ def speed_force(data: xr.Dataset) -> draw.Figure:
             draw.points(axis, force.sel(beads=model).values, values.sel(beads=model).values, i, NAMES[model])
         axis.set_xlim(left=0.0)
     axes[0].set_ylim(bottom=0.0)
-    draw.legend_above(figure, axes[0], 3)
-    return figure
+    draw.legend_above(speed_force, axes[0], 3)
+    return {"section": at_bead, "speed_force": speed_force}

@@ -76,16 +76,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
 
-    def of_material(material: str, law: str) -> hl.CoSimulation:
-        return TABLE_4_1[material].simulation(TABLE_4_1[material].law(law))
-
     def of_corner(shown_speed: float, corner: str) -> hl.CoSimulation:
         (alpha, gamma), signs = STEEL.deviations, CORNERS[corner]
         law = hl.PowerDashpot(STEEL.coefficient + signs[1] * gamma, STEEL.exponent + signs[0] * alpha, "thesis")
         return STEEL.simulation(law, shown_speed)
-
-    def of_speed(striker_speed: float, law: str) -> hl.CoSimulation:
-        return STEEL.simulation(STEEL.law(law), striker_speed)
 
     def meeting(meeting: str) -> hl.CoSimulation:
         # A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides rests.
@@ -100,12 +94,18 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     # All laws in steel, and all except the drag in PTFE and brass.
     materials = [
-        hl.sweep(of_material, of.until(), jobs, peaks, material=[name], law=LAWS if of is STEEL else LAWS[:-1])
+        hl.sweep(
+            lambda material, law: TABLE_4_1[material].simulation(TABLE_4_1[material].law(law)),
+            of.until(), jobs, peaks, material=[name], law=LAWS if of is STEEL else LAWS[:-1],
+        )
         for name, of in TABLE_4_1.items()
-    ]
+    ]  # fmt: skip
     slowest = STEEL.until(min(SHOWN_SPEEDS))
     corners = hl.sweep(of_corner, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
-    swept = hl.sweep(of_speed, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
+    swept = hl.sweep(
+        lambda striker_speed, law: STEEL.simulation(STEEL.law(law), striker_speed),
+        STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2],
+    )  # fmt: skip
     swept = swept[["peak", "arrival"]].sel(sensor=list(SENSORS))
     found = [
         xr.concat(materials, "material", join="outer", combine_attrs="override"),

@@ -72,11 +72,12 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     bounds = [hl.critical_distance_bounds(shared.sphere(diameter), thin, SPEED) for diameter in DIAMETERS]
     label = {"units": "m", "long_name": "critical distance, equation 6.42"}
     data = data.assign_coords(line=list(LINES)).assign(bound=(("diameter", "line"), bounds, label))
-
-    def infinite(thickness: float, diameter: float) -> hl.CoSimulation:
-        return hl.CoSimulation(shared.plate_chain(diameter), hl.infinite_plate(thickness, ALUMINIUM))
-
-    far = hl.sweep(infinite, record(DIAMETERS[-1]), 1, shared.returned, thickness=THICKNESSES, diameter=DIAMETERS)
+    far = hl.sweep(
+        lambda thickness, diameter: hl.CoSimulation(
+            shared.plate_chain(diameter), hl.infinite_plate(thickness, ALUMINIUM)
+        ),
+        record(DIAMETERS[-1]), 1, shared.returned, thickness=THICKNESSES, diameter=DIAMETERS,
+    )  # fmt: skip
     data["infinite_amplitude_ratio"] = far.amplitude_ratio
     data = shared.with_units(data, thickness="m", diameter="m")
     return data if quick else with_margins(data)
@@ -152,7 +153,8 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     yield Number("k of the Rayleigh wave", rayleigh / bar)
     yield Number("speed of the Rayleigh wave", rayleigh)
     yield Number("Rayleigh wave, centre to edge and back", there / rayleigh)
-    speeds = np.array([[group_speed(t, impact_frequency(d)) for t in THICKNESSES] for d in DIAMETERS])
+    # At the frequency of an impact: one half-period in the contact of the bead with a half-space.
+    speeds = np.array([[group_speed(t, 0.5 / contact_time(d)) for t in THICKNESSES] for d in DIAMETERS])
     slow, fast = float(speeds.min()), float(speeds.max())
     rows = zip(DIAMETERS, speeds / bar, strict=True)
     factors = "; ".join(f"{', '.join(f'{k:.2f}' for k in row)} for D = {1e3 * d:.2f} mm" for d, row in rows)
@@ -168,11 +170,6 @@ def between(at: xr.Dataset) -> str:
         return f"> {low:.0f}"
     margin = 1e3 * float(at.margin.fillna(0.0)) if "margin" in at else 0.0
     return "no wave" if np.isnan(at.critical_distance) else bracketed(max(low - margin, 0.0), high + margin)
-
-
-def impact_frequency(diameter: float) -> float:
-    """Return the frequency, Hz, of a bead's impact: one half-period in its contact with a half-space, 1/(2T_c)."""
-    return 0.5 / contact_time(diameter)
 
 
 def group_speed(thickness: float, frequency: float) -> float:
@@ -197,12 +194,9 @@ def rayleigh_speed() -> float:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    return {"amplitude_ratio": over_distance(data), "critical_distance": over_diameter(data)}
-
-
-def over_distance(data: xr.Dataset) -> draw.Figure:
-    """Return AR, a curve for each plate; bands and triangles: critical distances and lower bounds."""
-    figure, panels = draw.each(
+    """Return AR over the distance from the edge, and the critical distances over the bead diameter."""
+    # A curve for each plate; bands and triangles are critical distances and lower bounds.
+    over_distance, panels = draw.each(
         data.sel(within=TOLERANCE), "diameter", lambda d: f"D = {d * 1e3:.2f} mm", sharey=False, width=3.4, height=3.2,
         xlabel="distance from the clamped edge (mm)", ylabels=["amplitude ratio AR"], ylim=(0.0, 1.0),
     )  # fmt: skip
@@ -220,13 +214,10 @@ def over_distance(data: xr.Dataset) -> draw.Figure:
     first = panels[0][0]
     first.fill_between([], [], color="grey", alpha=0.35, linewidth=0.0, label="critical distance")
     first.plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
-    draw.legend_above(figure, first, 5)
-    return figure
+    draw.legend_above(over_distance, first, 5)
 
-
-def over_diameter(data: xr.Dataset) -> draw.Figure:
-    """Return the critical distances as brackets against the bead diameter, with the A0 and the Rayleigh line."""
-    figure, (axis,) = draw.panels(height=4.6, ylabel=f"critical distance (mm), AR ± {TOLERANCE:g}")
+    # Brackets, with the A0 and the Rayleigh line.
+    over_diameter, (axis,) = draw.panels(height=4.6, ylabel=f"critical distance (mm), AR ± {TOLERANCE:g}")
     for line, style, speed in zip(LINES, ("--", "-"), ("0.2", "0.57"), strict=True):
         words = f"path of the {line} wave during a contact, c = {speed} √(E/ρ)"
         draw.theory_line(axis, 1e3 * data.diameter, 1e3 * data.bound.sel(line=line), words, style)
@@ -241,5 +232,5 @@ def over_diameter(data: xr.Dataset) -> draw.Figure:
     axis.errorbar([], [], [], lolims=True, fmt="o", color="grey", markerfacecolor="white", label="lower bound")
     axis.set_xlabel("bead diameter D (mm), markers set apart")
     axis.set_ylim(bottom=0.0)
-    draw.legend_above(figure, axis, 1)
-    return figure
+    draw.legend_above(over_diameter, axis, 1)
+    return {"amplitude_ratio": over_distance, "critical_distance": over_diameter}

@@ -40,12 +40,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         steel = replace(STEEL, youngs_modulus=youngs_modulus, name="")
         return hl.CoSimulation(shared.chain(), shared.rod(layers(steel)))
 
-    def real(material: str, dashpot: float) -> hl.CoSimulation:
-        return hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material])))
-
-    def solid(material: str) -> hl.CoSimulation:
-        return hl.CoSimulation(shared.chain(), shared.cylinder(layers(materials[material])))
-
     def with_contact(run: xr.Dataset) -> xr.Dataset:
         incident, moved = hl.reflections(run, SENSOR).incident, run.displacement.sel(bead=BEADS).max()
         last = shared.scalars(
@@ -56,8 +50,14 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         return shared.measure(run).merge(last)
 
     data = hl.sweep(stiff, RECORD, jobs, shared.measure, youngs_modulus=MODULI[::6] if quick else MODULI)
-    real_rods = hl.sweep(real, RECORD, jobs, with_contact, material=list(materials), dashpot=shared.DASHPOTS)
-    solids = hl.sweep(solid, RECORD, jobs, shared.measure, material=list(materials))
+    real_rods = hl.sweep(
+        lambda material, dashpot: hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material]))),
+        RECORD, jobs, with_contact, material=list(materials), dashpot=shared.DASHPOTS,
+    )  # fmt: skip
+    solids = hl.sweep(
+        lambda material: hl.CoSimulation(shared.chain(), shared.cylinder(layers(materials[material]))),
+        RECORD, jobs, shared.measure, material=list(materials),
+    )  # fmt: skip
     data = data.assign(shared.named(real_rods, "material").data_vars).assign(shared.named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
     walls = shared.named(shared.along("wall", WALLS, against), "wall")
@@ -156,13 +156,9 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return TOF and AR over the modulus (figures 6.4, 6.6), and the displacements of beads (6.3)."""
-    return {"stiffness": over_modulus(data), "displacements": displacements(data)}
-
-
-def over_modulus(data: xr.Dataset) -> draw.Figure:
+    """Return TOF and AR over the modulus (figures 6.4, 6.6), and the displacements of striker and beads (6.3)."""
     label, labels = "Young's modulus of the cylinder (GPa)", ("time of flight (µs)", "amplitude ratio AR")
-    figure, axes = draw.panels(2, width=3.9, height=3.4, xlabel=label, ylabels=labels)
+    stiffness, axes = draw.panels(2, width=3.9, height=3.4, xlabel=label, ylabels=labels)
     modulus, real_modulus = data.youngs_modulus * 1e-9, data.material_modulus * 1e-9
     for axis, name, factor in zip(axes, (shared.FLIGHT, shared.RATIO), (1e6, 1.0), strict=True):
         for colour, wave in zip(draw.COLOURS, shared.WAVES, strict=False):
@@ -181,12 +177,9 @@ def over_modulus(data: xr.Dataset) -> draw.Figure:
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend()
     axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")
-    return figure
 
-
-def displacements(data: xr.Dataset) -> draw.Figure:
-    """Return the displacements of striker and beads over time: bead 7 thick, the last one red, with its collisions."""
-    figure, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4, xlabel="time (µs)")
+    # Bead 7 is thick, and the last one red, with its collisions.
+    displacements, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4, xlabel="time (µs)")
     time = 1e6 * data.time
     for axis, wall in panels:
         places = 1e6 * wall.wall_displacement.transpose("time", "bead")
@@ -201,4 +194,4 @@ def displacements(data: xr.Dataset) -> draw.Figure:
     top = float(data.wall_displacement.max()) * 1e6
     panels[0][0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
     axis.legend()
-    return figure
+    return {"stiffness": stiffness, "displacements": displacements}

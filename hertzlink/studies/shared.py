@@ -118,19 +118,14 @@ def with_units(data: xr.Dataset, **units: str) -> xr.Dataset:
     return data
 
 
-def returned(run: xr.Dataset) -> xr.Dataset:
-    """Return AR and TOF of the primary wave at bead 7."""
-    return xr.Dataset({RATIO: hl.amplitude_ratio(run, SENSOR), FLIGHT: hl.time_of_flight(run, SENSOR)})
+def returned(run: xr.Dataset, wave: str = "primary") -> xr.Dataset:
+    """Return AR and TOF of a wave at bead 7."""
+    return xr.Dataset({RATIO: hl.amplitude_ratio(run, SENSOR, wave), FLIGHT: hl.time_of_flight(run, SENSOR, wave)})
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF of both waves at bead 7."""
-
-    def of_wave(wave: str) -> xr.Dataset:
-        ratio, flight = hl.amplitude_ratio(run, SENSOR, wave), hl.time_of_flight(run, SENSOR, wave)
-        return xr.Dataset({RATIO: ratio, FLIGHT: flight})
-
-    return along("wave", WAVES, of_wave)
+    return along("wave", WAVES, lambda wave: returned(run, wave))
 
 
 def over_lengths(
@@ -138,16 +133,16 @@ def over_lengths(
     jobs: int | None,
 ) -> xr.Dataset:  # fmt: skip
     """Return AR and TOF over a length, m: rods for all dashpots, axisymmetric cylinders (solid_…) for the middle."""
-
-    def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
-        return hl.CoSimulation(chain(dashpot), rod(stack(length)))
-
-    def against_cylinder(solid_length: float) -> hl.CoSimulation:
-        return hl.CoSimulation(chain(), cylinder(stack(solid_length)))
-
-    data = hl.sweep(against_rod, RECORD, jobs, measure, length=lengths, dashpot=DASHPOTS)
-    solids = named(hl.sweep(against_cylinder, RECORD, jobs, measure, solid_length=solid_lengths), "solid")
-    return with_units(data.assign(solids.data_vars), length="m", solid_length="m", dashpot="N s/m")
+    rods = hl.sweep(
+        lambda length, dashpot: hl.CoSimulation(chain(dashpot), rod(stack(length))),
+        RECORD, jobs, measure, length=lengths, dashpot=DASHPOTS,
+    )  # fmt: skip
+    solids = hl.sweep(
+        lambda solid_length: hl.CoSimulation(chain(), cylinder(stack(solid_length))),
+        RECORD, jobs, measure, solid_length=solid_lengths,
+    )  # fmt: skip
+    data = rods.assign(named(solids, "solid").data_vars)
+    return with_units(data, length="m", solid_length="m", dashpot="N s/m")
 
 
 def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, Case]:
@@ -156,8 +151,8 @@ def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, Case]:
     return {"": float(filled.sel(dashpot=DASHPOT)), OPEN: ends(filled)}
 
 
-def ends(values: xr.DataArray, factor: float = 1.0) -> tuple[float, float]:
-    return float(values.min()) * factor, float(values.max()) * factor
+def ends(values: xr.DataArray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
 
 
 def lost(values: xr.DataArray) -> float:

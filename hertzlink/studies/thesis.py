@@ -8,7 +8,7 @@ import xarray as xr
 from tqdm.auto import tqdm
 
 from hertzlink.studies import draw, equations, study
-from hertzlink.studies.compare import AGREES, DIFFERS, MISPRINT, VERDICTS, Number, Row, compare, counts, printed
+from hertzlink.studies.compare import VERDICTS, Number, Row, compare, counts, in_words, printed
 from structures.caution import collected
 
 # Parts that are computed without a run, by what stands for their study in printed.csv.
@@ -52,11 +52,8 @@ def rows(data: xr.Dataset, part: str = "") -> list[Row]:
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
     """Yield how many numbers agree, differ and are misprints, in all and by part."""
-    plural = {AGREES: "agree", DIFFERS: "differ", MISPRINT: "misprints"}
     for part in ("", *PARTS):
-        of = counts(rows(data, part))
-        said = ", ".join(f"{count} {plural[word] if count > 1 else word}" for word, count in of.items() if count)
-        yield Number(part or "all numbers and statements", said or "inputs")
+        yield Number(part or "all numbers and statements", in_words(rows(data, part)) or "inputs")
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -71,12 +68,13 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def summary(data: xr.Dataset) -> str:
     """Return for the terminal how many numbers agree and how many do not."""
-    total, quick = counts(rows(data)), " (a quick run, whose coarser studies change a few verdicts)"
+    agree, differ, misprints = counts(rows(data)).values()
+    quick = " (a quick run, whose coarser studies change a few verdicts)" if data.attrs.get("quick") else ""
     lines = [
-        f"{sum(total.values())} numbers and statements of the thesis{quick if data.attrs.get('quick') else ''}:",
-        f"- {total[AGREES]} agree; where they need a condition, the table names it.",
-        f"- {total[DIFFERS]} differ; the table says by how much, and why.",
-        f"- {total[MISPRINT]} are misprints: the corrected form agrees.",
+        f"{agree + differ + misprints} numbers and statements of the thesis{quick}:",
+        f"- {agree} agree; where they need a condition, the table names it.",
+        f"- {differ} differ; the table says by how much, and why.",
+        f"- {misprints} are misprints: the corrected form agrees.",
         f"{sum(not row.verdict for row in rows(data))} inputs and undefined numbers are not counted.",
         "",
         "table.txt and report.html hold counts by part, and each verdict and why.",

@@ -99,10 +99,10 @@ def power_fit(law: hl.laws.ContactLaw, lowest: float, highest: float, relative: 
     def factor(n: float) -> float:
         return float(parts**n @ forces / (parts**n @ parts**n))
 
-    def squares(n: float) -> float:
-        return float(np.sum((factor(n) * parts**n - forces) ** 2))
-
-    exponent = minimize_scalar(squares, bounds=(0.5, 10.0), method="bounded", options={"xatol": 1e-10}).x
+    exponent = minimize_scalar(
+        lambda n: float(np.sum((factor(n) * parts**n - forces) ** 2)),
+        bounds=(0.5, 10.0), method="bounded", options={"xatol": 1e-10},
+    ).x  # fmt: skip
     return PowerFit(float(factor(exponent) * end / highest**exponent), float(exponent))
 
 
