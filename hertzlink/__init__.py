@@ -31,28 +31,23 @@ def __getattr__(name: str) -> object:
         from coupling.results.provenance import version_of
 
         return version_of(__name__)
+    from hertzlink._names import namespaces
+
     if name not in _PUBLIC:
-        hint = "" if name.startswith("_") else _nearest(name)
+        from structures.checks import near
+
+        places = {public: public for public in _PUBLIC}
+        places = {inner: f"{space}.{inner}" for space, names in namespaces().items() for inner in names} | places
+        matches = [] if name.startswith("_") else near(name, places)
+        hint = f"; did you mean {__name__}.{places[matches[0]]}?" if matches else ""
         # Without `obj` Python would add a suggestion of its own, which may be another name.
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}", name=name, obj=None)
     if _PUBLIC[name] == __name__:
-        from hertzlink._names import namespaces
-
         space = import_module(f"{__name__}.{name}")
         vars(space)["__all__"] = namespaces()[name]  # for help, which else leaves out what a module imports
         return space
     globals()[name] = getattr(import_module(_PUBLIC[name]), name)
     return globals()[name]
-
-
-def _nearest(name: str) -> str:
-    """Return the end of a message: the public name, here or in a namespace, that is most like a wrong one."""
-    from hertzlink._names import namespaces
-    from structures.checks import near
-
-    places = {inner: f"{space}.{inner}" for space, names in namespaces().items() for inner in names}
-    matches = near(name, places | {public: public for public in _PUBLIC})
-    return f"; did you mean {__name__}.{places.get(matches[0], matches[0])}?" if matches else ""
 
 
 def __dir__() -> list[str]:

@@ -105,7 +105,8 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            explorer.close()
+            # Waits for the running answer; later ones never begin. A thread that computes must not outlive the program.
+            explorer.one_at_a_time.acquire()
             say("ended")
 
 

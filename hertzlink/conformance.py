@@ -179,14 +179,8 @@ def check_structure(
     """Run all checks for a structure; mass and stiffness as in `check_units`. `make` returns a new participant."""
     if not callable(make):
         raise ValueError(f"make = {short(make)}: must be the class, or a function that returns a new participant")
-    for check in (
-        check_repeatable,
-        check_independent,
-        check_pickles,
-        check_finite,
-        check_starts_at_rest,
-        check_passive,
-    ):
+    checks = check_repeatable, check_independent, check_pickles, check_finite, check_starts_at_rest, check_passive
+    for check in checks:
         check(make(), window)
     check_deterministic(make, window)
     check_splits(make(), min(window, SHORT))

@@ -76,7 +76,17 @@ def assert_same_waves(
     path, reading, rtol = Path(reference).expanduser(), Reading(run), not_negative("rtol", rtol)
     if update is None:
         update = os.environ.get(UPDATE, "") not in ("", "0")
-    old = None if instance("update", update, bool, "True, False or None") else read(path)
+    old = None
+    if not instance("update", update, bool, "True, False or None"):
+        if not path.is_file():
+            raise ValueError(f"reference: {path} does not exist; write it with update=True, or with {UPDATE}=1")
+        content = BytesIO(path.read_bytes())
+        check_hdf5(content, f"reference: {path}")
+        with xr.open_dataset(content, engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
+            old = file.load().drop_encoding()
+        if old.attrs.get("format") != FORMAT:
+            cure = "give another file, or write it again"
+            raise ValueError(f"reference: {path} was not written by assert_same_waves; {cure}")
     if sensors is not None:
         chosen = [whole("sensors", number) for number in listed("sensors", sensors, object, "numbers of beads")]
     elif old is not None:
@@ -170,16 +180,3 @@ def origins(old: xr.Dataset, run: xr.Dataset) -> Iterator[str]:
         changes = list(differences(there, here))
         more = [f"and {len(changes) - MOST_INPUTS} more"] * (len(changes) > MOST_INPUTS)
         yield f"{name}: " + "; ".join([*words, *changes[:MOST_INPUTS], *more] if changes else ["the same", *words])
-
-
-def read(path: Path) -> xr.Dataset:
-    if not path.is_file():
-        raise ValueError(f"reference: {path} does not exist; write it with update=True, or with {UPDATE}=1")
-    content = BytesIO(path.read_bytes())
-    check_hdf5(content, f"reference: {path}")
-    with xr.open_dataset(content, engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
-        data = file.load().drop_encoding()
-    if data.attrs.get("format") != FORMAT:
-        reason = "was not written by assert_same_waves; give another file, or write it again"
-        raise ValueError(f"reference: {path} {reason}")
-    return data

@@ -24,7 +24,9 @@ from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, unit_
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, Range, length_of
 from coupling.inference.search import MANY, UNLIKELY, Search
+from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import findings_of, warn
+from coupling.results.waves import NoWave
 from coupling.sweeps.points import progress
 from structures.caution import collected
 from structures.checks import count_of, finite, not_negative, short, whole
@@ -214,6 +216,14 @@ def _identification(
         with collected():
             run = prediction.made(**prediction.values(best.places)).run(prediction.until)
         notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
+    if any(one.verdict == BLIND for one in unknowns.values()):
+        with collected():
+            end = min(float(misfit.measured.time[-1]) - best.time_zero, prediction.until)
+            run = prediction.made(**prediction.values(best.places)).run(max(end, prediction.contact_time))
+            primary = reflections(run, max(prediction.sensors)).primary
+        if isinstance(primary, NoWave):
+            said = [one for one in said if not one.startswith("record: ")]
+            notes.append(f"blind: {primary.reason}")
     notes += [f"{one.name}: {AT_END}; widen it" for one, is_end in zip(search.ranges, at_end, strict=True) if is_end]
     notes += [
         f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or swap its wires"

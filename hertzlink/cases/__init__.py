@@ -185,15 +185,16 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
     """Read a case file with what it extends, and apply changes of the form path=value; a CaseError for faults."""
     files = [_read(str(path), File(path))]
     while (base := files[-1].data.get("extends")) is not None:
-        above, place = files[-1], File(files[-1].texts[0][0])
+        folder, words = File(files[-1].texts[0][0]).parent, ""
+        below = folder / str(base)
         if not isinstance(base, str) or not base:
-            raise above.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
-        below = place.parent / base
-        if not below.is_file():
-            words = f'"{base}" is a folder' if below.is_dir() else f'there is no file "{base}" in {place.parent}'
-            raise above.error(Fault(("extends",), words))
-        if below.resolve() in [File(one.texts[0][0]).resolve() for one in files]:
-            raise above.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
+            words = 'must be the name of a case file, such as "plate.toml"'
+        elif not below.is_file():
+            words = f'"{base}" is a folder' if below.is_dir() else f'there is no file "{base}" in {folder}'
+        elif below.resolve() in [File(one.texts[0][0]).resolve() for one in files]:
+            words = f'"{base}" leads back to this file; a case cannot extend itself'
+        if words:
+            raise files[-1].error(Fault(("extends",), words))
         files.append(_read(str(below), below))
 
     data: dict[str, Any] = {}
@@ -228,25 +229,29 @@ def _merge(below: dict[str, Any], above: Mapping[str, Any]) -> None:
 
 def _read(name: str, path: File) -> Source:
     """Read one file."""
+    content, text, data, fault = b"", "", dict[str, Any](), ""
     try:
         with path.open("rb") as opened:
             content = opened.read(LARGEST + 1)  # a device, such as /dev/zero, has no end
         if len(content) > LARGEST:
-            raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
-        text = content.decode("utf-8-sig")
-        data = tomllib.loads(text)
+            fault = f": has more than {LARGEST:.0e} bytes; is it a case file?"
+        else:
+            text = content.decode("utf-8-sig")
+            data = tomllib.loads(text)
     except FileNotFoundError:
-        raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
+        fault = ": there is no such file; `hertzlink new rod case.toml` writes a first one"
     except OSError as error:
-        raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
+        fault = f": cannot be read ({error.strerror})"
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise CaseError(f"{name}:{line}: is not text in UTF-8; if it is a case file, save it as UTF-8") from None
+        fault = f":{line}: is not text in UTF-8; if it is a case file, save it as UTF-8"
     except RecursionError:
-        raise CaseError(f"{name}: is nested too deeply") from None
+        fault = ": is nested too deeply"
     except ValueError as error:  # also of a number with thousands of digits
         other = "" if path.suffix == ".toml" else "; is this a case? The case file comes first, then other files"
-        raise error if isinstance(error, CaseError) else CaseError(_syntax(name, str(error), text) + other) from None
+        fault = _syntax(str(error), text) + other
+    if fault:
+        raise CaseError(name + fault)
     # A title, or the file that is extended, stays as it is.
     inside = {key: value for key, value in data.items() if isinstance(value, dict | list)}
     return Source(data | _with_whole_paths(inside, path.resolve().parent), [(name, text)])
@@ -286,11 +291,11 @@ def line_of(text: str, path: Path) -> int:
     return line if line <= len(rows) else 0
 
 
-def _syntax(name: str, message: str, text: str) -> str:
-    """Return what tomllib says, with its line where lines stand, and what to write instead of common mistakes."""
+def _syntax(message: str, text: str) -> str:
+    """Return the line of what tomllib says, if it has one, with the reason, or the cure of a common mistake."""
     words, _, place = message.partition(" (at ")
     if words.startswith("Exceeds"):
-        return f"{name}: {words}"
+        return f": {words}"
     rows, number = text.split("\n"), re.match(r"line (\d+)", place)
     line = int(number[1]) if number else len(rows)
     # Outside of quotes and comments.
@@ -313,4 +318,4 @@ def _syntax(name: str, message: str, text: str) -> str:
     elif words.startswith("Unclosed") or (words, number) == ("Invalid value", None):
         line = max((i for i, other in enumerate(rows[:line], 1) if re.search(r"=\s*[\[{]", other)), default=line)
         reason = "a list or table that begins here is not closed"
-    return f"{name}:{line}: {reason}"
+    return f":{line}: {reason}"

@@ -79,16 +79,13 @@ def axes_of(case: Case) -> tuple[Axis, ...]:
 def axis_of(case: Case, key: str, place: Path, given: Any = ()) -> Axis:
     """Return the axis of an entry: it is named by its path. given: its values as typed, or what makes them."""
     path = path_of(key, place)
-    if isinstance(given, Call):
-        values, texts = _steps(case, path, place, given.entries), [*given.entries.values()]
-    else:
-        values, texts = [si_value(case, path, value, (*place, i)) for i, value in enumerate(given)], given
-    name = written(path)
-    return Axis(path, place, name, name, values, *unit_at(case, path, texts), words_of(case, path))
+    name, words = written(path), words_of(case, path)
+    if not isinstance(given, Call):
+        values = [si_value(case, path, value, (*place, i)) for i, value in enumerate(given)]
+        return Axis(path, place, name, name, values, *unit_at(case, path, given), words)
 
-
-def _steps(case: Case, path: Path, place: Path, typed: dict[str, Any]) -> list[Any]:
-    """Return evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
+    # Evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit.
+    typed = given.entries
     if ("step" in typed) == ("count" in typed):
         raise Fault(place, 'needs a step, such as step = "10 mm", or else a count')
     ends = [si_value(case, path, typed[name], (*place, name)) for name in ("from", "to")]
@@ -99,15 +96,16 @@ def _steps(case: Case, path: Path, place: Path, typed: dict[str, Any]) -> list[A
         raise Fault((*place, "to"), f"{shown(typed['to'])} must be above the first value")
     if "count" in typed:
         last = typed["count"] - 1
-        values = [start + (end - start) * i / last for i in range(last + 1)]
+        steps = [start + (end - start) * i / last for i in range(last + 1)]
     else:
         step = Decimal(repr(number(typed["step"], size_of(case, path), (*place, "step"))))
         count = floor((end - start) / step * Decimal("1.000000001"))
         if count >= MOST_POINTS:
             raise Fault((*place, "step"), f"{shown(typed['step'])} makes {count + 1} values; at most {MOST_POINTS}")
-        values = [start + i * step for i in range(count + 1)]
-    whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in values)
-    return [int(value) if whole else float(value) for value in values]
+        steps = [start + i * step for i in range(count + 1)]
+    whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in steps)
+    values = [int(value) if whole else float(value) for value in steps]
+    return Axis(path, place, name, name, values, *unit_at(case, path, typed.values()), words)
 
 
 def path_of(key: str, place: Path) -> Path:

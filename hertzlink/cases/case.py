@@ -157,18 +157,19 @@ class Case:
             if stated is None and end == "behind":
                 return None
             in_order = points[number] if len(points) == len(calls) else None
-            at = in_order if stated is None else (stated.made.structure, stated.made.point)
+            at, fault = in_order if stated is None else (stated.made.structure, stated.made.point), ""
             if at is None or at not in points:
                 what = f"there is no contact point {at[1]} of a structure {at[0]}" if at else "is missing"
                 every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
                 if len(points) < len(calls) and any("at" in body.entries for body in bodies):
                     every += "; a plate takes a point for each chain, as in at = [[...], [...]]"
-                raise Fault(path, f"{what}; take one of {every}")
-            body = built[at[0]]
-            if at in taken and body is not None:
-                raise Fault(path, "is the contact point of another chain; give each its own, as in at = [[...], [...]]")
+                fault = f"{what}; take one of {every}"
+            elif at in taken and built[at[0]] is not None:
+                fault = "is the contact point of another chain; give each its own, as in at = [[...], [...]]"
+            if at is None or fault:
+                raise Fault(path, fault)
             taken.add(at)
-            return ContactPoint(body, at[1]) if points_of(bodies[at[0]]) > 1 else body
+            return ContactPoint(built[at[0]], at[1]) if points_of(bodies[at[0]]) > 1 else built[at[0]]
 
         given: list[Any] = [chains, *([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))]
         if not isinstance(new.tree.entries["chain"], list):

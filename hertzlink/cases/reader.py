@@ -188,53 +188,50 @@ def _fits(value: Any, kind: Any, notes: Any) -> bool:
 
 def _value(value: Any, kind: Any, notes: tuple[Any, ...], path: Path, context: Context) -> Any:
     """Return a number, a word, a material or the path of a file."""
-    if kind in OF_MATERIAL:
-        return _material(value, kind, path, context)
     if kind is float:
         any_number = Quantity(low=-math.inf)
         return number(value, next((note for note in notes if isinstance(note, Quantity)), any_number), path)
-    words = next((note.words for note in notes if isinstance(note, OneOf)), None)
-    if words and value not in words:
-        raise Fault(path, f"{shown(value)} is not possible; {nearest(value, words)}")
-    if not _fits(value, kind, notes):
-        raise Fault(path, f"{shown(value)} must be {KINDS.get(kind, 'a text in quotes')}")
-    if any(isinstance(note, InFile) for note in notes) and not File(value).is_file():
-        raise Fault(path, f'there is no file "{value}" beside the file that names it')
-    if kind is int:
-        count = next((note for note in notes if isinstance(note, Count)), Count(-MOST))
+    fault, text, note_of = "", shown(value), {type(note): note for note in notes}
+    if kind in OF_MATERIAL:
+        # Materials of the case come before those of hertzlink.
+        known = {name_key(name): call for name, call in context.materials.items()}
+        own = known.get(name_key(value)) if isinstance(value, str) else None
+        if not isinstance(value, str):
+            fault = f'{text} must be the name of a material, such as "PTFE", or a table of its properties'
+        elif own and own.form.target is OrthotropicMaterial and kind is not OrthotropicMaterial:
+            fault = f"{text} is orthotropic; only plies take it"
+        elif own or value in MATERIALS:
+            return own or MATERIALS[value]
+        else:
+            fault = f"{text} is not a material; {nearest(value, [*context.materials, *MATERIALS])}"
+    elif OneOf in note_of and value not in (words := note_of[OneOf].words):
+        fault = f"{text} is not possible; {nearest(value, words)}"
+    elif not _fits(value, kind, notes):
+        fault = f"{text} must be {KINDS.get(kind, 'a text in quotes')}"
+    elif InFile in note_of and not File(value).is_file():
+        fault = f"there is no file {text} beside the file that names it"
+    elif kind is int:
+        count = note_of.get(Count, Count(-MOST))
         if not count.least <= value <= count.most:
             ends = f"least {count.least}" if value < count.least else f"most {count.most}"
-            raise Fault(path, f"{shown(value)} must be at {ends}")
+            fault = f"{text} must be at {ends}"
+    if fault:
+        raise Fault(path, fault)
     return value
-
-
-def _material(name: Any, kind: Any, path: Path, context: Context) -> Any:
-    """Return the material of a name, those of the case first."""
-    if not isinstance(name, str):
-        words = 'must be the name of a material, such as "PTFE", or a table of its properties'
-        raise Fault(path, f"{shown(name)} {words}")
-    for own, call in context.materials.items():
-        if name_key(own) == name_key(name):
-            if call.form.target is OrthotropicMaterial and kind is not OrthotropicMaterial:
-                raise Fault(path, f'"{name}" is orthotropic; only plies take it')
-            return call
-    if name not in MATERIALS:
-        raise Fault(path, f'"{name}" is not a material; {nearest(name, [*context.materials, *MATERIALS])}')
-    return MATERIALS[name]
 
 
 def number(typed: Any, quantity: Quantity, path: Path = ("",)) -> float:
     """Return a number in SI units within the range of its quantity; a Fault for another one."""
     unit = quantity.unit_in_files
     words = f"must be {quantity.noun}, such as {example_of(quantity)}" + (f", or a number in {unit}" if unit else "")
-    match = NUMBER.fullmatch(typed) if isinstance(typed, str) else None
+    match, value, fault = NUMBER.fullmatch(typed) if isinstance(typed, str) else None, math.inf, ""
     if isinstance(typed, int | float) and not isinstance(typed, bool):
         value = float(typed) if abs(typed) < 1e300 else math.inf
     elif match is None or match[2].startswith(","):
         comma = isinstance(typed, str) and re.search(r"\d,\d", typed)
-        raise Fault(path, f"{shown(typed)} {words}{'; write a decimal point' if comma else ''}")
+        fault = f" {words}{'; write a decimal point' if comma else ''}"
     elif not match[2]:
-        raise Fault(path, f"{shown(typed)} {'has no unit; ' if unit else ''}{words}")
+        fault = f" {'has no unit; ' if unit else ''}{words}"
     else:
         plain = Decimal(match[1].replace("_", ""))
         try:
@@ -245,9 +242,10 @@ def number(typed: Any, quantity: Quantity, path: Path = ("",)) -> float:
             else:
                 value = float(plain * factor(match[2], unit))
         except ValueError as error:
-            raise Fault(path, f"{shown(typed)}: {error}; {words}") from None
+            fault = f": {error}; {words}"
     if not math.isfinite(value):
-        raise Fault(path, f"{shown(typed)} is not finite; {words}")
+        fault = fault or f" is not finite; {words}"
+        raise Fault(path, shown(typed) + fault)
     try:
         quantity.check("", value)
     except ValueError as error:

@@ -104,11 +104,12 @@ def task_of(case: Case) -> Task:
     wanted, place = measure.critical_distance.along, ("measure", "critical_distance", "along")
     paths = {written(axis.path): axis for axis in task.axes}
     along = paths.get(wanted)
-    if along is None:
-        cure = f"take one of them: {', '.join(paths)}" if paths else "add it there"
-        raise Fault(place, f'"{wanted}" is not an axis of [sweep]; {cure}')
-    if not along.is_number or len(along.values) < FEWEST_DISTANCES:
-        raise Fault(place, f'"{wanted}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
+    if along is None or not along.is_number or len(along.values) < FEWEST_DISTANCES:
+        fault = f"has too few distances in [sweep]; give {FEWEST_DISTANCES} or more"
+        if along is None:
+            cure = f"take one of them: {', '.join(paths)}" if paths else "add it there"
+            fault = f"is not an axis of [sweep]; {cure}"
+        raise Fault(place, f'"{wanted}" {fault}')
     if len(task.sensors) != 1:
         raise Fault(("measure", "sensors"), "must be a single bead for a critical distance; give sensor")
     distance = replace(along, name="distance")  # as results call it
@@ -150,10 +151,10 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
         stated = entry(case.data, axis.path)
         stated = case.value(axis.path) if stated is None else stated
         value = si_value(case, axis.path, 1.0 if stated is None else stated, place)
-        if stated is None:
-            raise Fault(place, "is not written in the case; give its value there first")
-        if not isinstance(value, float) or value == 0.0:
-            raise Fault(place, f"{shown(value)} must be a number other than zero, and not a count")
+        if stated is None or not isinstance(value, float) or value == 0.0:
+            missing = "is not written in the case; give its value there first"
+            wrong = f"{shown(value)} must be a number other than zero, and not a count"
+            raise Fault(place, missing if stated is None else wrong)
         match = NUMBER.fullmatch(str(text))
         part = match and match[2] in PARTS
         spread = spread_of(str(text), value) if part else number(text, size_of(case, axis.path), place)
@@ -162,19 +163,6 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
         axes.append(replace(axis, name=key))
         inputs[key] = value, spread
     return Task(case, tuple(axes)), inputs
-
-
-def builder_of(task: Task) -> Callable[..., CoSimulation]:
-    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
-    plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
-    few = plates < FEWEST_ON_MODES and task.along is None
-    points = [partial(task, **point) for point in (task.start, *task.ends)]
-    on_modes = None if few else modes_of(points, task.case.until)
-    build: Callable[..., CoSimulation] = task if on_modes is None else partial(on_modes, task)
-    with collected():  # a refused point is a Fault before processes start; the runs repeat warnings
-        for point in task.ends:
-            build(**point)
-    return build
 
 
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
@@ -199,7 +187,17 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
 
 def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     """Run it."""
-    case, measure, build = task.case, task.case.measure, builder_of(task)
+    case, measure = task.case, task.case.measure
+    # A rectangular plate that is struck at many places is built on its modes.
+    plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
+    build: Callable[..., CoSimulation] = task
+    if plates >= FEWEST_ON_MODES or task.along is not None:
+        on_modes = modes_of([partial(task, **point) for point in (task.start, *task.ends)], case.until)
+        build = task if on_modes is None else partial(on_modes, task)
+    with collected():  # a refused point is a Fault before processes start; the runs repeat warnings
+        for point in task.ends:
+            build(**point)
+
     axes: dict[str, Any] = {axis.name: axis.values for axis in task.axes if axis is not task.along}
     with case.located():
         if task.along is not None and (wanted := measure.critical_distance):

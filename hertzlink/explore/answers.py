@@ -83,10 +83,6 @@ class Explorer:
         with self.one_at_a_time:
             return {"case": self.changed(values).to_toml()}
 
-    def close(self) -> None:
-        """Wait for the running answer; later ones never begin. A thread that computes must not outlive the program."""
-        self.one_at_a_time.acquire()
-
     def simulation(self, case: Case) -> CoSimulation:
         return case.simulation() if self.modes is None else self.modes(case.simulation)
 

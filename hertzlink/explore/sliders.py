@@ -8,7 +8,7 @@ from math import ceil, floor, inf, log10
 from typing import Any, get_args
 
 from hertzlink.cases import Path, entry, put, written
-from hertzlink.cases.axes import Axis, unit_at, words_of
+from hertzlink.cases.axes import unit_at, words_of
 from hertzlink.cases.case import Case, points_of
 from hertzlink.cases.reader import Call
 from hertzlink.cases.tasks import Task, count_of_beads
@@ -48,16 +48,17 @@ class Slider:
 
     def read(self, text: str) -> Any:
         """Return the entry of the case that a text from the page means; raise a ValueError for any other text."""
-        if self.choices:
-            if text not in self.choices:
-                raise ValueError(f"{self.label}: {text[:40]!r} is not a choice; take one of {', '.join(self.choices)}")
+        allowed, fault = f"{plain(self.low)} to {plain(self.high)} {self.unit}".strip(), ""
+        if self.choices and text not in self.choices:
+            fault = f"{text[:40]!r} is not a choice; take one of {', '.join(self.choices)}"
+        elif self.choices:
             return self.choices[text]
-        allowed = f"{plain(self.low)} to {plain(self.high)} {self.unit}".strip()
-        if not NUMBER.fullmatch(text) or (self.whole and not text.lstrip("-").isdigit()):
-            kind = "whole number" if self.whole else "number"
-            raise ValueError(f"{self.label}: {text[:40]!r} is not a {kind}; give one from {allowed}")
-        if not self.low <= Decimal(text) <= self.high:
-            raise ValueError(f"{self.label}: {text} {self.unit}".rstrip() + f" is outside of {allowed}")
+        elif not NUMBER.fullmatch(text) or (self.whole and not text.lstrip("-").isdigit()):
+            fault = f"{text[:40]!r} is not a {'whole number' if self.whole else 'number'}; give one from {allowed}"
+        elif not self.low <= Decimal(text) <= self.high:
+            fault = f"{f'{text} {self.unit}'.rstrip()} is outside of {allowed}"
+        if fault:
+            raise ValueError(f"{self.label}: {fault}")
         if self.unit:
             return f"{text} {self.unit}"
         return int(text) if self.whole else float(text)
@@ -95,8 +96,19 @@ def start_of(task: Task) -> Case:
 def sliders_of(task: Task, start: Case) -> list[Slider]:
     """Return the sliders of a case, the first ones of its structure. start: what `start_of` returns."""
     start.only_chain("the page")
-    (chain,), varied = start.all("chain"), [axis.path for axis in task.axes]
-    sliders = [of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
+    (chain,), varied, sliders = start.all("chain"), [axis.path for axis in task.axes], list[Slider]()
+    for axis in task.axes:
+        value = start.value(axis.path)
+        if len(axis.values) > 1 and axis.is_number:
+            low, high, first = (digits(one / axis.size) for one in (min(axis.values), max(axis.values), value))
+            whole = all(isinstance(one, int) for one in axis.values)
+            by = Decimal(1) if whole else step(float(high - low) / STEPS, low)
+            size = Decimal(repr(axis.size))
+            sliders.append(Slider(axis.path, axis.words, axis.unit, low, high, first, by, size, whole))
+        elif len(axis.values) > 1:  # a list of words
+            texts = {str(one): one for one in axis.values}
+            word = str(value) if str(value) in texts else next(iter(texts))
+            sliders.append(Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), word, choices=texts))
     numbers = [] if task.axes else list(stated(start, start.tree.entries["structure"]))
     numbers += stated(start, chain)
     losses, drop = chain.entries.get("dissipation"), chain.entries.get("drop_height")
@@ -133,19 +145,6 @@ def stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, f
         elif quantity and quantity.unit not in ("Hz", "s") and isinstance(value, float) and value > 0.0:
             near = NEARER if plate else HALVES
             yield at, value, near if name == "thickness" else WIDE, quantity.high
-
-
-def of_axis(axis: Axis, start: Case) -> Slider:
-    """Return the slider of an axis of a sweep, or its list of words."""
-    value = start.value(axis.path)
-    if not axis.is_number:
-        texts = {str(one): one for one in axis.values}
-        first = str(value) if str(value) in texts else next(iter(texts))
-        return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), first, choices=texts)
-    low, high, at = (digits(number / axis.size) for number in (min(axis.values), max(axis.values), value))
-    whole = all(isinstance(one, int) for one in axis.values)
-    size = Decimal(1) if whole else step(float(high - low) / STEPS, low)
-    return Slider(axis.path, axis.words, axis.unit, low, high, at, size, Decimal(repr(axis.size)), whole)
 
 
 def around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float) -> Slider:

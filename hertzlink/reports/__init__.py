@@ -112,10 +112,9 @@ def report(
     >>> hl.plots.report(run, "tap.html", title="Tap on PTFE").name
     'tap.html'
     """
-    if not isinstance(path, str | Path) or not str(path):
-        raise ValueError(f"path = {short(path)}: must be the name of a file")
-    if Path(path).is_dir() or not Path(path).parent.is_dir():
-        raise ValueError(f"path = {str(path)!r}: must be a file in a folder that exists")
+    named = isinstance(path, str | Path) and str(path)
+    if not named or Path(path).is_dir() or not Path(path).parent.is_dir():
+        raise ValueError(f"path = {repr(str(path)) if named else short(path)}: must be a file in a folder that exists")
     if title is not None and not isinstance(title, str):
         raise ValueError(f"title = {short(title)}: must be text")
     write_file(Path(path), html(page_of(result, title, sensors, setup)).encode("utf-8", "replace"))

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -74,7 +74,15 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
         if is_run and not Reading(one).at_sensors:
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
             page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
-        rows = [row for spot, run in spots.items() for number in numbers for row in wave_rows(run, number, spot)]
+        rows = list[list[str]]()
+        for (spot, there), number in product(spots.items(), numbers):
+            for wave, found in waves_at(there, number).items():
+                cells = ["", "", "", "", f"none; {found.reason}"] if isinstance(found, NoWave) else []
+                if isinstance(found, Wave):
+                    cells = [f"{found.amplitude:.2f}", f"{1e6 * found.arrival:.2f}", "", "", ""]
+                if isinstance(found, ReflectedWave):
+                    cells[2:] = *found.texts, ABOVE_ONE * (found.amplitude_ratio > 1.0)
+                rows.append([f"bead {number}, {wave}{spot}", *cells])
         head = "sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark"
         page.tables.append(Table(f"AR and TOF at the sensors{who}", head, rows))
         if budgets := json.loads(one.attrs.get(UNCERTAINTY, "{}")):
@@ -106,19 +114,6 @@ def waves_in_words(data: xr.Dataset, sensor: int) -> str:
         return f"no reflected wave is found: {waves['primary'].reason}"
     found = {name: wave.texts for name, wave in waves.items() if isinstance(wave, ReflectedWave)}
     return " and ".join(f"the {name} wave has AR {ratio} and TOF {tof} µs" for name, (ratio, tof) in found.items())
-
-
-def wave_rows(data: xr.Dataset, sensor: int, spot: str) -> Iterator[tuple[str, ...]]:
-    """Yield the row of each wave at a sensor: its name, peak, arrival, AR, TOF and a remark."""
-    for name, wave in waves_at(data, sensor).items():
-        peak = arrival = ratio = flight = remark = ""
-        if isinstance(wave, NoWave):
-            remark = f"none; {wave.reason}"
-        else:
-            peak, arrival = f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}"
-        if isinstance(wave, ReflectedWave):
-            (ratio, flight), remark = wave.texts, ABOVE_ONE * (wave.amplitude_ratio > 1.0)
-        yield f"bead {sensor}, {name}{spot}", peak, arrival, ratio, flight, remark
 
 
 def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:

@@ -29,10 +29,8 @@ Found = tuple[list[Row], dict[str, draw.Figure]]
 
 def found_in(name: str, data: xr.Dataset) -> Found:
     """Return the rows of the table of a study, and its figures by their titles."""
-    from matplotlib import rc_context
-
     of = study(name)
-    with rc_context(draw.STYLE):  # type: ignore[arg-type]
+    with draw.style():
         return of.table(data) if hasattr(of, "table") else compare(name, of.numbers(data)), of.figures(data)
 
 

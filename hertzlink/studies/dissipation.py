@@ -76,11 +76,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
 
-    def of_corner(shown_speed: float, corner: str) -> hl.CoSimulation:
-        (alpha, gamma), signs = STEEL.deviations, CORNERS[corner]
-        law = hl.PowerDashpot(STEEL.coefficient + signs[1] * gamma, STEEL.exponent + signs[0] * alpha, "thesis")
-        return STEEL.simulation(law, shown_speed)
-
     def meeting(meeting: str) -> hl.CoSimulation:
         # A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides rests.
         wall = hl.half_space(RIGID)
@@ -100,8 +95,15 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         )
         for name, of in TABLE_4_1.items()
     ]  # fmt: skip
-    slowest = STEEL.until(min(SHOWN_SPEEDS))
-    corners = hl.sweep(of_corner, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
+    alpha, gamma = STEEL.deviations
+    extremes = {
+        name: hl.PowerDashpot(STEEL.coefficient + up * gamma, STEEL.exponent + right * alpha, "thesis")
+        for name, (right, up) in CORNERS.items()
+    }
+    corners = hl.sweep(
+        lambda shown_speed, corner: STEEL.simulation(extremes[corner], shown_speed),
+        STEEL.until(min(SHOWN_SPEEDS)), jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS),
+    )  # fmt: skip
     swept = hl.sweep(
         lambda striker_speed, law: STEEL.simulation(STEEL.law(law), striker_speed),
         STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2],

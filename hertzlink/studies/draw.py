@@ -1,6 +1,7 @@
 """Panels and curves that the figures of several studies share."""
 
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,12 @@ MARKERS = ("o", "s", "^", "D", "v", "P")
 STYLE = {"lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False, "legend.fontsize": "small"}
 SPEED_OVER_FORCE = ("peak contact force (N)", "wave speed (m/s)")
 FORCE_OVER_APPROACH = ("approach (µm)", "contact force (N)")
+
+
+def style() -> AbstractContextManager[None]:
+    from matplotlib import rc_context
+
+    return rc_context(STYLE)  # type: ignore[arg-type]
 
 
 def panels(

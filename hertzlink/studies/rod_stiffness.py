@@ -36,9 +36,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     materials = {m.name: m for m in (WALLS if quick else hl.MATERIALS).values()}
 
-    def stiff(youngs_modulus: float) -> hl.CoSimulation:
-        steel = replace(STEEL, youngs_modulus=youngs_modulus, name="")
-        return hl.CoSimulation(shared.chain(), shared.rod(layers(steel)))
+    moduli = MODULI[::6] if quick else MODULI
+    steels = {modulus: replace(STEEL, youngs_modulus=modulus, name="") for modulus in moduli}
 
     def with_contact(run: xr.Dataset) -> xr.Dataset:
         incident, moved = hl.reflections(run, SENSOR).incident, run.displacement.sel(bead=BEADS).max()
@@ -49,7 +48,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         )
         return shared.measure(run).merge(last)
 
-    data = hl.sweep(stiff, RECORD, jobs, shared.measure, youngs_modulus=MODULI[::6] if quick else MODULI)
+    data = hl.sweep(
+        lambda youngs_modulus: hl.CoSimulation(shared.chain(), shared.rod(layers(steels[youngs_modulus]))),
+        RECORD, jobs, shared.measure, youngs_modulus=moduli,
+    )  # fmt: skip
     real_rods = hl.sweep(
         lambda material, dashpot: hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material]))),
         RECORD, jobs, with_contact, material=list(materials), dashpot=shared.DASHPOTS,
