@@ -15,7 +15,7 @@ from structures.checks import count_of
 from structures.units import readable
 
 SHOWN = 8
-"""Channels and notes that are shown."""
+"""So many channels and notes are shown."""
 
 COARSE = 1e-4
 """A contact of beads lasts 10 µs to some ms: samples that are further apart (s) are probably in another unit."""

@@ -275,7 +275,7 @@ def _with_whole_paths(value: Any, folder: File) -> Any:
 
 
 def line_of(text: str, path: Path) -> int:
-    """Return the line of an entry of valid TOML, counted from 1, or 0: it ends the fewest lines that hold the entry."""
+    """Return the line of an entry of valid TOML, counted from 1, or 0: the last of the fewest lines that hold it."""
     rows = text.split("\n")
 
     def holds(count: int) -> bool:

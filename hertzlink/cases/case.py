@@ -130,7 +130,7 @@ class Case:
         return "".join(f"# --with {name}, SHA-256 {sum_}\n" for name, sum_ in sums) + as_toml(self.data)
 
     def located(self, section: str = "run") -> AbstractContextManager[None]:
-        """Turn messages that name an entry of a section into its Faults."""
+        """Turn errors whose messages name an entry of a section into Faults of this entry."""
         call: Call = self.tree.entries[section]
         return call.located(others=False)
 
@@ -152,7 +152,7 @@ class Case:
         taken = set[tuple[int, int]]()
 
         def seat(number: int, end: str) -> Any:
-            """Return what an end of a chain touches: a contact point, or the structure where it has no other one."""
+            """Return what an end of a chain touches: a contact point, or the structure that has no other one."""
             path, stated = (*calls[number].path, end), calls[number].entries.get(end)
             if stated is None and end == "behind":
                 return None

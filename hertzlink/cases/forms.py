@@ -43,7 +43,7 @@ SPECIAL: dict[Any, tuple[Callable[..., Any], Sequence[str], Sequence[Callable[..
 def in_cases(
     target: Any, without: Sequence[str] = (), also: Sequence[Callable[..., Any]] = ()
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register a function as what makes the tables of a target. It takes the entries; its parameters are entries too.
+    """Register a function that makes the tables of a target from their entries; its parameters are entries too.
 
     without: parameters of the target that have no entry. also: functions whose parameters are entries as well.
     """
@@ -76,7 +76,7 @@ class Form:
 
 @cache
 def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
-    """Return the form of the tables of a target, by itself or in a family. kind: of one that is not found by itself."""
+    """Return the form of the tables of a target, alone or in a family. kind: that of a member of `others`."""
     of = description(target) or Described(target)
     make, without, also = SPECIAL.get(target) or (target, (), ())
     entries = {name.rstrip("_"): parameter for name, parameter in of.parameters.items()}
@@ -125,7 +125,7 @@ def entry_of(hint: Any, default: Any = inspect.Parameter.empty) -> Parameter:
 
 
 class Row(NamedTuple):
-    """A list, or a table of any names, that an annotation allows: what it becomes, its items, how many if fixed."""
+    """A list, or a table of any names, that an annotation allows: what it becomes, its items, and a fixed number."""
 
     make: type
     item: Parameter

@@ -219,8 +219,11 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
     summary = f"{count_of(data.sizes['point'], 'point')}: {counts}"
     rivals = ["* other values fit as well; the interval contains them"] if (data.fits > 1).any() else []
     code = 0 if set(verdicts) <= {IDENTIFIED, MEASURED} else NOT_IDENTIFIED
+    return Answer(data, [map_table(data, asked, verdicts)], [*rivals, *failed, summary], code=code)
 
-    # A row of the file for each point and unknown, and of the terminal for each point, in the user's units.
+
+def map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
+    """Return a row of the file for each point and unknown, and of the terminal for each point, in the user's units."""
     columns = {
         "x": "x (m)", "y": "y (m)", "unknown": "unknown", "value": "value (SI)", "low": "low", "high": "high",
         "verdict": "verdict", "misfit": "residual over noise", "taps": "taps", "files": "files", "error": "reason",
@@ -238,5 +241,4 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
         cells.append([*shown, verdict + "*" * (int(point.fits) > 1)])
     head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"]
     head += [*(one.head for one in unknowns), "verdict"]
-    table = Table("map.csv", frame, pd.DataFrame(cells, columns=head))
-    return Answer(data, [table], [*rivals, *failed, summary], code=code)
+    return Table("map.csv", frame, pd.DataFrame(cells, columns=head))

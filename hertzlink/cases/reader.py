@@ -67,7 +67,7 @@ class Call:
             return self.form.make(**arguments)
 
     def fault(self, message: str) -> Fault:
-        """Return the fault that a message such as "thickness = -1: must be positive" is about, in what a user wrote."""
+        """Return the fault of a message such as "thickness = -1: must be positive", in the words of the case."""
         head, _, reason = message.partition(": ")
         name, equals, value = (part.strip() for part in head.partition(" = "))
         name = name.split("[")[0].strip()
@@ -96,7 +96,7 @@ class Call:
 
     @contextmanager
     def located(self, others: bool = True) -> Iterator[None]:
-        """Turn errors into Faults at the entry that they name; others, which name none, into those of the table."""
+        """Turn errors into Faults of the entry that they name, and `others`, which name none, into Faults of the table."""
         try:
             yield
         except ValueError as error:
@@ -105,7 +105,7 @@ class Call:
 
 
 def made(value: Any) -> Any:
-    """Return a checked value in which all tables are what they make."""
+    """Return a checked value in which what it makes stands for each table."""
     if isinstance(value, Call):
         return value.made
     if isinstance(value, dict):

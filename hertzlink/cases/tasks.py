@@ -165,6 +165,19 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
     return Task(case, tuple(axes)), inputs
 
 
+def builder_of(task: Task) -> Callable[..., CoSimulation]:
+    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
+    plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
+    few = plates < FEWEST_ON_MODES and task.along is None
+    points = [partial(task, **point) for point in (task.start, *task.ends)]
+    on_modes = None if few else modes_of(points, task.case.until)
+    build: Callable[..., CoSimulation] = task if on_modes is None else partial(on_modes, task)
+    with collected():  # a refused point is a Fault before processes start; the runs repeat warnings
+        for point in task.ends:
+            build(**point)
+    return build
+
+
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
     """Return the part of a run that belongs to one of its chains."""
     return run.isel(chain=chain) if "chain" in run.dims else run
@@ -187,17 +200,7 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
 
 def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     """Run it."""
-    case, measure = task.case, task.case.measure
-    # A rectangular plate that is struck at many places is built on its modes.
-    plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
-    build: Callable[..., CoSimulation] = task
-    if plates >= FEWEST_ON_MODES or task.along is not None:
-        on_modes = modes_of([partial(task, **point) for point in (task.start, *task.ends)], case.until)
-        build = task if on_modes is None else partial(on_modes, task)
-    with collected():  # a refused point is a Fault before processes start; the runs repeat warnings
-        for point in task.ends:
-            build(**point)
-
+    case, measure, build = task.case, task.case.measure, builder_of(task)
     axes: dict[str, Any] = {axis.name: axis.values for axis in task.axes if axis is not task.along}
     with case.located():
         if task.along is not None and (wanted := measure.critical_distance):

@@ -77,7 +77,7 @@ def plain(value: Decimal) -> str:
 
 
 def start_of(task: Task) -> Case:
-    """Return case without its sweep. Its own entries stay where the sweep includes them; others get the first value."""
+    """Return the case without its sweep. Entries stay where the sweep includes them; others get its first value."""
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify", "sensitivities")}
     case = replace(task.case, data=data).changed({})
     for axis in task.axes:

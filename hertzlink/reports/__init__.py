@@ -125,7 +125,7 @@ def page_of(
     result: Any, title: str | None = None, sensors: Any = None, setup: Any = None, took: float | None = None,
     yielded: xr.Dataset | None = None,
 ) -> Page:  # fmt: skip
-    """Return the page of a result. took: s. yielded: the same with contacts that yield."""
+    """Return the page of a result. took: the time of its computation, s. yielded: the same with contacts that yield."""
     # Imported here, as these import what a page is made of.
     from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 

@@ -75,14 +75,14 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
             page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
         rows = list[list[str]]()
-        for (spot, there), number in product(spots.items(), numbers):
+        for (where, there), number in product(spots.items(), numbers):
             for wave, found in waves_at(there, number).items():
                 cells = ["", "", "", "", f"none; {found.reason}"] if isinstance(found, NoWave) else []
                 if isinstance(found, Wave):
                     cells = [f"{found.amplitude:.2f}", f"{1e6 * found.arrival:.2f}", "", "", ""]
                 if isinstance(found, ReflectedWave):
                     cells[2:] = *found.texts, ABOVE_ONE * (found.amplitude_ratio > 1.0)
-                rows.append([f"bead {number}, {wave}{spot}", *cells])
+                rows.append([f"bead {number}, {wave}{where}", *cells])
         head = "sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark"
         page.tables.append(Table(f"AR and TOF at the sensors{who}", head, rows))
         if budgets := json.loads(one.attrs.get(UNCERTAINTY, "{}")):
@@ -172,8 +172,7 @@ def said_of(point: dict[str, str]) -> str:
 
 
 def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str) -> Iterator[Picture]:
-    """Yield AR and TOF over the parameter of the most values, with curves for another one; a figure for each
-    combination of the rest."""
+    """Yield AR and TOF over the parameter with most values, a curve for each value of another one, and more figures."""
     names = sorted(map(str, ratio.dims), key=lambda name: (ratio[name].dtype.kind not in "iuf", -ratio.sizes[name]))
     curves = next((name for name in names[1:] if 1 < ratio.sizes[name] <= MOST_CURVES), None)
     fixed = [name for name in names[1:] if name != curves]

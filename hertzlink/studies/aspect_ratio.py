@@ -66,7 +66,7 @@ def of_thesis(diameter: float, thickness: float, parameter: float | None = None)
 
 
 def with_theirs(first: str, diameter: float) -> str:
-    """Return the condition under which section 6.2.1's numbers follow, with its data of the bead."""
+    """Return a condition, with section 6.2.1's data of the bead, under which its numbers follow."""
     return f"{first}, 19.1 mm and 8000 kg/m³" if diameter == DIAMETERS[-1] else f"{first} and 8000 kg/m³"
 
 

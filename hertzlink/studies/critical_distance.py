@@ -111,7 +111,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 def sampled(
     pairs: dict[str, Pair], parameters: Sequence[float], distances: Sequence[float], jobs: int | None
 ) -> xr.Dataset:
-    """Return AR over edge, λ and d/ℓ, its value far away, the difference, and by how much that of the table errs."""
+    """Return AR over edge, λ and d/ℓ, its value far away, the difference, and the error of the table's difference."""
     runs = hl.sweep(
         lambda pair, edge, inelasticity, scaled_distance: pairs[pair].near(edge, inelasticity, scaled_distance),
         min(pair.record for pair in pairs.values()), jobs, lambda run: xr.Dataset({"ratio": ratio(run)}),

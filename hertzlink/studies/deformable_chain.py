@@ -1,6 +1,6 @@
 """Thesis sections 3.3.2 and 3.4: a wave in a chain of deformable beads, of point masses and by theory.
 
-The thesis models its beads with finite elements, here each has a few modes. A rigid wall ends the thesis's chain; waves
+The thesis models its beads with finite elements; here each has a few modes. A rigid wall ends the thesis's chain; waves
 are read before its echo arrives.
 """
 

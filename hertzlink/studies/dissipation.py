@@ -49,7 +49,7 @@ class Loss(NamedTuple):
         return hl.PowerDashpot(self.coefficient, self.exponent, name)
 
     def until(self, speed: float = IMPACT_SPEED) -> float:
-        """Return time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
+        """Return the time, s, in which a wave of a striker at this speed passes the whole chain, with any of the losses."""
         moved = PARTICLE_TO_STRIKER_SPEED * speed
         return DELAY * BEADS * 2.0 * RADIUS / float(long_waves(self.bead).wave_speed_from_particle_speed(moved))
 
@@ -150,7 +150,7 @@ def forces_and_speeds(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
 
 
 def formation(peak: xr.DataArray) -> int:
-    """Return the last value that differs by more than 1 % from that in the middle of the chain, counted from 1."""
+    """Return the number, from 1, of the last value that differs by more than 1 % from the one in mid chain."""
     values = peak.values[: BEADS // 2]
     return int(np.flatnonzero(abs(values / values[-1] - 1.0) > 0.01)[-1]) + 1
 

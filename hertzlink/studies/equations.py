@@ -58,7 +58,7 @@ def long_run() -> xr.Dataset:
 
 
 def numbers() -> Iterator[Number]:
-    """Yield each equation: whether only its corrected form passes; whether it holds under its condition."""
+    """Yield each equation: whether only its corrected form passes, or whether it holds under its condition."""
     found = {equation: (before, after) for equation, before, after in checks()}
     for equation, line in printed("equations").items():
         before, after = found[equation]
