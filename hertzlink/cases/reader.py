@@ -96,7 +96,7 @@ class Call:
 
     @contextmanager
     def located(self, others: bool = True) -> Iterator[None]:
-        """Turn errors into Faults of the entry that they name, and `others`, which name none, into Faults of the table."""
+        """Turn errors into Faults of the entry that they name; others, which name none, into those of the table."""
         try:
             yield
         except ValueError as error:

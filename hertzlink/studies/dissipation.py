@@ -49,7 +49,7 @@ class Loss(NamedTuple):
         return hl.PowerDashpot(self.coefficient, self.exponent, name)
 
     def until(self, speed: float = IMPACT_SPEED) -> float:
-        """Return the time, s, in which a wave of a striker at this speed passes the whole chain, with any of the losses."""
+        """Return the time, s, in which the wave of a striker passes the whole chain, with any of the losses."""
         moved = PARTICLE_TO_STRIKER_SPEED * speed
         return DELAY * BEADS * 2.0 * RADIUS / float(long_waves(self.bead).wave_speed_from_particle_speed(moved))
 
