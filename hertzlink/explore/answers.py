@@ -78,11 +78,6 @@ class Explorer:
             simulation = self.simulation(self.changed(values))
             return {"svg": svg(drawn("setup", "", partial(setup, simulation)).figure)}
 
-    def text(self, values: Mapping[str, str]) -> dict[str, str]:
-        """Return the case at values, as a file for `hertzlink run`."""
-        with self.one_at_a_time:
-            return {"case": self.changed(values).to_toml()}
-
     def simulation(self, case: Case) -> CoSimulation:
         return case.simulation() if self.modes is None else self.modes(case.simulation)
 

@@ -78,7 +78,11 @@ class Handler(BaseHTTPRequestHandler):
             nonce = token_urlsafe(16)
             return self.send_text(200, "text/html", self.server.page(nonce), nonce)
         explorer = self.server.explorer
-        answers = {"/answer": explorer.answer, "/sketch": explorer.sketch, "/case": explorer.text}
+        answers = {
+            "/answer": explorer.answer,
+            "/sketch": explorer.sketch,
+            "/case": lambda values: {"case": explorer.changed(values).to_toml()},  # a file for `hertzlink run`
+        }
         if place not in answers:
             return self.send_text(404, "text/plain", "There is no such page.\n")
         try:
