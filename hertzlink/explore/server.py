@@ -4,6 +4,7 @@ import json
 import os
 import socketserver
 import sys
+from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from secrets import compare_digest, token_urlsafe
 from typing import Any
@@ -78,7 +79,7 @@ class Handler(BaseHTTPRequestHandler):
             nonce = token_urlsafe(16)
             return self.send_text(200, "text/html", self.server.page(nonce), nonce)
         explorer = self.server.explorer
-        answers = {
+        answers: dict[str, Callable[[dict[str, str]], dict[str, Any]]] = {
             "/answer": explorer.answer,
             "/sketch": explorer.sketch,
             "/case": lambda values: {"case": explorer.changed(values).to_toml()},  # a file for `hertzlink run`
