@@ -36,10 +36,9 @@ def finite(name: str, value: float, unit: str = "") -> float:
         number = math.nan if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) != 0 else float(value)
     except (TypeError, ValueError, OverflowError):
         number = math.nan
-    if not math.isfinite(number):
-        raise ValueError(f"{name} = {short(value)}: must be a finite number{_of(unit)}")
-    if abs(number) > LARGEST:
-        raise ValueError(f"{name} = {short(value)}: must lie between {-LARGEST:g} and {LARGEST:g}{unit and f' {unit}'}")
+    if not abs(number) <= LARGEST:
+        most = f", at most {LARGEST:g}" if math.isfinite(number) else ""
+        raise ValueError(f"{name} = {short(value)}: must be a finite number{unit and f' of {unit}'}{most}")
     return number if abs(number) >= SMALLEST else 0.0
 
 
@@ -55,7 +54,7 @@ def within(
         return number
     if low >= 0.0 >= number:
         least = f", at least {SMALLEST:g}" if value > 0.0 else ""
-        must = f"be {'zero or ' * or_zero}a positive number{_of(unit)}{least}"
+        must = f"be {'zero or ' * or_zero}a positive number{unit and f' of {unit}'}{least}"
     elif high == math.inf:
         must = f"be at least {low:g}{unit and f' {unit}'}"
     elif unit == "rad" and high == 2.0 * math.pi:
@@ -95,8 +94,7 @@ def each(check: Callable[[str, float, str], float], name: str, value: Any, unit:
     except (TypeError, ValueError, OverflowError):
         array = np.asarray("")
     if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
-        in_unit = f", in {unit}" if unit else ""
-        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}")
+        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{unit and f', in {unit}'}")
     # Minimum and maximum propagate NaN, so checking these two checks all numbers.
     for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
         check(name, float(extreme), unit)
@@ -133,8 +131,8 @@ def coordinates(name: str, values: object, names: Sequence[str] = ("x", "y")) ->
     return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(items))
 
 
-def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
-    """Return `value`; raise a ValueError if it is not of the kind."""
+def instance(name: str, value: object, kind: type[Kind] | tuple[type[Kind], ...], what: str) -> Kind:
+    """Return `value`; raise a ValueError if it is not of the kind, or of one of the kinds."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
     return value
@@ -142,17 +140,16 @@ def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
 
 def function(name: str, value: Any, count: int, what: str) -> Any:
     """Return `value`; raise a ValueError if it is not a function of `count` arguments. A class does not count."""
-    if not callable(value) or isinstance(value, type):
-        raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
-    try:
-        signature = inspect.signature(value)
-    except (TypeError, ValueError):  # some functions written in C have no signature
-        return value
-    try:
-        signature.bind(*[None] * count)
-    except TypeError as error:
-        raise ValueError(f"{name} = {short(value)}: must be {what} ({error})") from None
-    return value
+    fault = _of_class(value)
+    if callable(value) and not fault:
+        try:
+            inspect.signature(value).bind(*[None] * count)
+            return value
+        except ValueError:  # some functions written in C have no signature
+            return value
+        except TypeError as error:
+            fault = f" ({error})"
+    raise ValueError(f"{name} = {short(value)}: must be {what}{fault}")
 
 
 def existing(what: str, path: Path) -> Path:
@@ -220,10 +217,6 @@ def html_table(title: str, rows: Sequence[tuple[str, str]]) -> str:
     cells = "".join(f"<tr><th{left}>{escape(name)}</th><td{left}>{escape(value)}</td></tr>" for name, value in rows)
     caption = f'<caption style="text-align: left; font-weight: bold; white-space: nowrap">{escape(title)}</caption>'
     return f"<table>{caption}<tbody>{cells}</tbody></table>"
-
-
-def _of(unit: str) -> str:
-    return f" of {unit}" if unit else ""
 
 
 def _of_class(value: object) -> str:

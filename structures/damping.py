@@ -1,7 +1,7 @@
 """Damping of structures, and losses inside beads that vibrate. Added damping never supplies energy."""
 
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -64,14 +64,12 @@ class Modal(Viscous):
         if not structure.is_modal:
             raise ValueError("structure: must consist of modes; reduce it first")
         rates = 2.0 * self.ratio * np.sqrt(structure.stiffness.diagonal())
-        return _damped(structure, sparse.diags_array(rates), self) if rates.any() else structure
+        return _damped(structure, sparse.diags_array(rates)) if rates.any() else structure
 
 
 @described
-def loss_factor(factor: Annotated[float, Quantity(or_zero=True)]) -> Modal:
-    """Modal damping with a structural loss factor η = 2ζ."""
-    if factor > 1.0:
-        raise ValueError(f"factor = {factor!r}: must lie between 0 and 1, as η = 2ζ is not a percentage")
+def loss_factor(factor: Annotated[float, Quantity(high=1.0, or_zero=True)]) -> Modal:
+    """Modal damping with a structural loss factor η = 2ζ, which is not a percentage."""
     return Modal(factor / 2.0)
 
 
@@ -108,7 +106,7 @@ class Rayleigh(Viscous):
             raise ValueError(f"stiffness_time = {beta!r}: add Rayleigh before StandardLinearSolid")
         if structure.size == 0 or alpha == beta == 0.0:
             return structure
-        return _damped(structure, alpha * structure.mass + beta * structure.stiffness, self)
+        return _damped(structure, alpha * structure.mass + beta * structure.stiffness)
 
 
 @described_as(called="standard linear solid")
@@ -157,7 +155,6 @@ class StandardLinearSolid(Viscous):
         else:
             raise ValueError("part: the structure has Maxwell arms already; must be the layer of the new ones")
         added = self.share * added
-        structure = replace(structure, origin=_noted(structure, self, **({} if part is None else {"layer": part})))
         held = structure.stiffness + added if self.modulus == "relaxed" else structure.stiffness
         return with_arms(structure, root_of(added), self.time, held)
 
@@ -186,14 +183,18 @@ def damped(structure: Structure, damping: Viscous, part: int | None = None) -> S
     True
     """
     instance("structure", structure, Structure, "a Structure")
-    instance("damping", damping, Viscous, "hl.damping.Rayleigh, Modal or StandardLinearSolid")
     if part is None:
-        made = damping.of_structure(structure)
-    elif isinstance(damping, StandardLinearSolid):
-        made = damping.of_structure(structure, part)
+        instance("damping", damping, Viscous, "hl.damping.Rayleigh, Modal or StandardLinearSolid")
     else:
-        raise ValueError(f"part: must be None for {damping!r}; only a StandardLinearSolid acts on a part")
-    return made if made is structure else made.made_from(structure, damped, damping, part)
+        instance("damping", damping, StandardLinearSolid, "a StandardLinearSolid, which alone acts on a part")
+    made = damping.of_structure(structure, *([] if part is None else [part]))
+    if made is structure:
+        return structure
+    entry = description(type(damping))
+    note = {"kind": type(damping).__name__ if entry is None else entry.called, **vars(damping)}
+    notes = [*structure.origin.get("damping", []), note if part is None else {**note, "layer": part}]
+    made = replace(made, origin={**structure.origin, "damping": notes})
+    return made.made_from(structure, damped, damping, part)
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
@@ -207,12 +208,6 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
     return [part[free][:, free] for part in springs]
 
 
-def _damped(structure: Structure, matrix: sparse.sparray, damping: Viscous) -> Structure:
+def _damped(structure: Structure, matrix: sparse.sparray) -> Structure:
     total = matrix if structure.damping is None else structure.damping + matrix
-    return replace(structure, damping=sparse.csr_array(total), origin=_noted(structure, damping))
-
-
-def _noted(structure: Structure, damping: Viscous, **where: Any) -> dict[str, Any]:
-    entry = description(type(damping))
-    note = {"kind": type(damping).__name__ if entry is None else entry.called, **vars(damping), **where}
-    return {**structure.origin, "damping": [*structure.origin.get("damping", []), note]}
+    return replace(structure, damping=sparse.csr_array(total))

@@ -1,7 +1,7 @@
 """Fields of a body: displacement and stress at the points of a grid, from degrees of freedom."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
@@ -78,10 +78,6 @@ class Field:
         """Return the contribution of each material to the stiffness, size × size, N/m, without elastic supports."""
         parts, basis = self.sampler.stiffness_parts(), self.basis
         return parts if basis is None else [sparse.csr_array(basis.T @ (part @ basis)) for part in parts]
-
-    def in_basis(self, vectors: Numbers) -> "Field":
-        """Return the field of a structure that is reduced to these vectors, size × number of vectors."""
-        return replace(self, basis=vectors if self.basis is None else self.basis @ vectors)
 
     def _of_body(self, u: Numbers) -> Numbers:
         values = np.asarray(u, dtype=float)

@@ -1,6 +1,7 @@
 """Structures from matrices or modes that other programs computed or tests measured."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from inspect import signature
 from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,9 +10,10 @@ import numpy as np
 from scipy import io, sparse
 
 from structures.caution import caution
-from structures.checks import count_of, each, existing, finite, not_negative
+from structures.checks import each, existing, finite, not_negative
 from structures.described import described_as
 from structures.material import Material
+from structures.meshes.mesh_files import source_of
 from structures.quantities import Asks, Component, Curvature, InFile, Quantity, Scale
 from structures.structure import Structure, oscillators
 from structures.surface import Surface
@@ -19,6 +21,9 @@ from structures.surface import Surface
 Residual = Annotated[float, Quantity("m/N", "a compliance", "2e-9 m/N", -np.inf)]
 
 HEADS = "frequency,shape", "frequency,shape,damping_ratio"  # The first line of a file of modes
+
+# The result of mmread is a sparse array. SciPy before 1.15 has no choice and returns a matrix, which serves as well.
+SPARSE_ARRAY = {"spmatrix": False} if "spmatrix" in signature(io.mmread).parameters else {}
 
 
 @described_as(also=("matrices",))
@@ -68,24 +73,27 @@ def from_matrices(
     (1, 'from_matrices')
     """
     given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
-    matrices = {name: scale * _matrix(name, value) for name, value in given.items()}
+    matrices = {}
+    for name, value in given.items():
+        # A number cut off by the end of the file crashes SciPy's reader; an added line end prevents that.
+        matrix = _read(name, value, lambda path: io.mmread(BytesIO(path.read_bytes() + b"\n"), **SPARSE_ARRAY))
+        matrix = matrix if sparse.issparse(matrix) else np.atleast_2d(each(finite, name, matrix))
+        matrices[name] = scale * sparse.csr_array(matrix)
     heaviest, stiffest = abs(matrices["mass"]).max(), abs(matrices["stiffness"]).max()
-    if heaviest == 0.0:
-        raise ValueError("mass: must not be zero everywhere")
-    if 0.0 < stiffest < heaviest:  # a body whose fastest vibration takes seconds
-        raise ValueError("mass: must be the mass matrix, but is larger than the stiffness; the mass comes first")
-    vector = _table("contact", contact).ravel() if isinstance(contact, str | Path) else each(finite, "contact", contact)
-    origin = {
-        name: _source(value) for name, value in {"mass": mass, "stiffness": stiffness, "contact": contact}.items()
-    }
+    if heaviest == 0.0 or 0.0 < stiffest < heaviest:  # the fastest vibration of such a body takes seconds
+        what = "larger than the stiffness; the mass comes first" if heaviest else "zero everywhere"
+        raise ValueError(f"mass: must be the mass matrix, but is {what}")
+    vector = _read("contact", contact, lambda path: np.loadtxt(path, encoding="utf-8-sig").ravel())
+    sources = {"mass": mass, "stiffness": stiffness, "contact": contact, "damping_matrix": damping}
+    origin = {name: source_of(value, "in memory") for name, value in sources.items() if value is not None}
     return Structure(
         matrices["mass"],
         matrices["stiffness"],
         matrices.get("damping"),
-        scale * vector,
+        scale * each(finite, "contact", vector),
         residual_flexibility,
         Surface(material, curvature),
-        {**origin, "damping": None} | ({} if damping is None else {"damping_matrix": _source(damping)}),
+        {**origin, "damping": None},
     )
 
 
@@ -130,23 +138,24 @@ def from_modes(
     if in_file:
         if shapes is not None:
             raise ValueError("shapes: must be omitted, as the file of the modes holds them")
-        table = _table("frequencies", frequencies, HEADS)
-        hertz, vector = table[:, 0], table[:, 1]
-        if damping_ratios is None and table.shape[1] == 3:
-            stated = table[:, 2]
+        table = _read("frequencies", frequencies, _modes)
+        hertz, vector = table["frequency"], table["shape"]
+        if damping_ratios is None and "damping_ratio" in table.dtype.names:
+            stated = table["damping_ratio"]
     else:
-        hertz = np.atleast_1d(each(finite, "frequencies", frequencies))
-        vector = each(finite, "shapes", shapes if shapes is not None else [])
+        hertz, vector = np.atleast_1d(each(finite, "frequencies", frequencies)), [] if shapes is None else shapes
+    vector = each(finite, "shapes", vector)
     count, ratios = hertz.size, np.atleast_1d(each(finite, "damping_ratios", stated)).ravel()
-    if hertz.ndim != 1 or not count or vector.ndim == 0 or len(vector) != count:
-        raise ValueError(f"shapes has shape {vector.shape}: must have a row for each of {count} frequencies")
-    if ratios.size not in (1, count):
-        raise ValueError(f"damping_ratios: must be one number, or {count} numbers, one for each mode")
+    if hertz.ndim != 1 or not count or vector.shape[:1] != (count,) or ratios.size not in (1, count):
+        raise ValueError(
+            f"shapes, damping_ratios have shapes {vector.shape} and {np.shape(stated)}: must have a row for each of "
+            f"{count} frequencies; one damping ratio serves all"
+        )
     if residual_flexibility is None:
         caution("frequencies: the modes lack the compliance of all higher modes; state residual_flexibility")
     origin = {
-        "frequencies": _source(frequencies),
-        "shapes": None if in_file else _source(shapes),
+        "frequencies": source_of(frequencies, "in memory"),
+        "shapes": None if in_file else "in memory",
         "modes": count,
         "damping_ratios": None if damping_ratios is None else np.asarray(damping_ratios).tolist(),
         "highest_frequency": float(hertz.max()),
@@ -158,39 +167,22 @@ def from_modes(
     return oscillators(omega**2, losses, contact, residual_flexibility or 0.0, surface, origin)
 
 
-def _matrix(name: str, value: Any) -> sparse.csr_array:
-    """Return a given matrix, or that of a Matrix Market file; raise a ValueError if it is not real."""
-    if isinstance(value, str | Path):
-        name, path = f"{name} = {str(value)!r}", Path(value)
-        if existing(name, path).suffix.lower() != ".mtx":
-            raise ValueError(f"{name}: must be a Matrix Market file (.mtx), or a matrix")
-        try:
-            # A number cut off by the end of the file crashes SciPy's reader; an added line end prevents that.
-            value = io.mmread(BytesIO(path.read_bytes() + b"\n"))
-        except (ValueError, MemoryError) as error:
-            raise ValueError(f"{name}: {error}") from None
-    if np.iscomplexobj(value):
-        raise ValueError(f"{name}: must be a matrix of real numbers")
-    return sparse.csr_array(value if sparse.issparse(value) else np.atleast_2d(each(finite, name, value)), dtype=float)
+def _modes(path: Path) -> Any:
+    """Return the table of a file of modes, with names of columns."""
+    with path.open(encoding="utf-8-sig") as file:
+        head = file.readline().strip().replace(" ", "")
+        if head not in HEADS:
+            raise ValueError(f"begins with {head[:80]!r}: must begin with {' or '.join(map(repr, HEADS))}")
+        return np.loadtxt(file, [(name, float) for name in head.split(",")], delimiter=",", ndmin=1)
 
 
-def _table(name: str, path: str | Path, heads: tuple[str, ...] = ()) -> Any:
-    """Return the numbers of a text file, rows × columns; if heads are given, below one of them, comma-separated."""
-    what, head = f"{name} = {str(path)!r}", ""
-    with existing(what, Path(path)).open(encoding="utf-8-sig") as file:
-        try:
-            if heads and (head := file.readline().strip().replace(" ", "")) not in heads:
-                raise ValueError(f"begins with {head[:80]!r}: must begin with {' or '.join(map(repr, heads))}")
-            table = np.loadtxt(file, delimiter="," if heads else None, ndmin=2)
-        except ValueError as error:
-            raise ValueError(f"{what}: {error}") from None
-    if heads and table.shape[1] != 1 + head.count(","):
-        raise ValueError(
-            f"{what}: has {count_of(table.shape[1], 'column')} of numbers; must have those of its first line, {head}"
-        )
-    return each(finite, what, table)
-
-
-def _source(value: Any) -> str:
-    """Return the entry of an argument in the origin: the path of its file, or "in memory"."""
-    return str(Path(value).absolute()) if isinstance(value, str | Path) else "in memory"
+def _read(name: str, value: Any, read: Callable[[Path], Any]) -> Any:
+    """Return what `read` finds in a file, or the value itself if it is not the path of one."""
+    if not isinstance(value, str | Path):
+        return value
+    what = f"{name} = {str(value)!r}"
+    path = existing(what, Path(value))
+    try:
+        return read(path)
+    except (ValueError, MemoryError) as error:
+        raise ValueError(f"{what}: {error}") from None

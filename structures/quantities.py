@@ -77,18 +77,16 @@ class Quantity:
         size, (low, high) = abs(value), self.likely
         if size == 0.0 or low <= size <= high:
             return
-        units = (self.below if size < low else self.above).split(" or ")
-        other = " or ".join([unit for unit in units if self._is_likely(size, unit)] or units)
+        units, fitting = (self.below if size < low else self.above).split(" or "), []
+        for unit in units:
+            try:
+                converted = size * float(factor(unit, self.unit.translate(PLAIN)))
+            except ValueError:  # a unit of another quantity, which may be meant
+                converted = low
+            fitting += [unit] * (low <= converted <= min(high, self.largest))
+        other = " or ".join(fitting or units)
         read = f"{value:g} {self.counted_in or self.unit}, which is improbable"
         caution(f"{owner} {name} = {value:g}: is read as {read}; did you mean {value:g} {other}?")
-
-    def _is_likely(self, size: float, unit: str) -> bool:
-        """Return whether a number has a probable size in another unit; also if that is a unit of another quantity."""
-        try:
-            converted = size * float(factor(unit, self.unit.translate(PLAIN)))
-        except ValueError:
-            return True
-        return self.likely[0] <= converted <= min(self.likely[1], self.largest)
 
 
 def standard_uncertainty(name: str, text: float | str, value: float) -> float:

@@ -87,7 +87,8 @@ def reduce(
         modes, report = _recent(structure, until, tolerance, largest, pulse)
     else:
         modes, report, krylov = _projected(structure, until, tolerance, largest, pulse)
-        field = field.in_basis(krylov.basis[: krylov.size].T @ modes.vectors)
+        basis = krylov.basis[: krylov.size].T @ modes.vectors
+        field = replace(field, basis=basis if field.basis is None else field.basis @ basis)
     if (estimate := report["error_estimate"]) > tolerance:
         caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; increase largest or tolerance")
 

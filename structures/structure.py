@@ -77,12 +77,13 @@ class Structure:
 
     def __post_init__(self) -> None:
         contact = each(finite, "contact", self.contact)
-        if contact.ndim not in (1, 2) or contact.shape[1:] == (0,):
-            raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
+        moves = contact.shape[:1] == (0,) or (contact != 0.0).any(axis=0).all()
+        if contact.ndim not in (1, 2) or contact.shape[1:] == (0,) or not moves:
+            raise ValueError(
+                f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts, and not be zero for any"
+            )
         contact = contact if contact.shape[1:] > (1,) else contact.ravel()
         n, count = len(contact), contact.shape[1] if contact.ndim > 1 else 1
-        if n and not (contact.reshape(n, -1) != 0.0).any(axis=0).all():
-            raise ValueError("contact: must not be zero, as the contact force would move nothing")
 
         matrices = self.matrices
         if matrices is None or matrices.mass is not self.mass or matrices.stiffness is not self.stiffness:
@@ -107,8 +108,6 @@ class Structure:
             if flexibilities.shape not in ((), (count,)) or len(surface) != count:
                 raise ValueError(f"flexibility, surface: must be one for all contacts, or {count}, one for each")
             flexibility = np.broadcast_to(flexibilities, count).copy()
-        if self.field is not None and self.field.size > n:
-            raise ValueError(f"field: takes {self.field.size} degrees of freedom, but contact has {n} entries")
         until = self.valid_until if self.valid_until == inf else positive("valid_until", self.valid_until, "s")
         made = {"contact": contact, "matrices": matrices, "mass": mass, "stiffness": stiffness, "damping": damping}
         for name, value in {**made, "flexibility": flexibility, "surface": surface, "valid_until": until}.items():

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from decimal import Decimal
 from functools import cache
 from tokenize import TokenError
@@ -43,12 +44,10 @@ def _parsed(text: str, number: Decimal = Decimal(1)) -> Any:
     """Return a number of a unit as a quantity of pint; raise a ValueError if the text is not a unit."""
     import pint
 
-    if (text and not UNIT_TEXT.fullmatch(text)) or LARGEST_POWER.search(text):
-        raise ValueError(f'"{text}" is not a unit')
-    try:
-        return _registry().Quantity(number, _registry().parse_units(text))
-    except (pint.PintError, *NO_UNIT):
-        raise ValueError(f'"{text}" is not a unit') from None
+    if (not text or UNIT_TEXT.fullmatch(text)) and not LARGEST_POWER.search(text):
+        with suppress(pint.PintError, *NO_UNIT):
+            return _registry().Quantity(number, _registry().parse_units(text))
+    raise ValueError(f'"{text}" is not a unit')
 
 
 @cache
@@ -59,10 +58,8 @@ def factor(text: str, unit: str) -> Decimal:
     one, wanted = _parsed(text), _parsed(unit)
     try:
         return Decimal(one.to(wanted.units).magnitude)
-    except pint.DimensionalityError:
-        raise ValueError(f'"{text}" is not a unit of this quantity') from None
     except (pint.PintError, *NO_UNIT):
-        raise ValueError(f'"{text}" is not a unit') from None
+        raise ValueError(f'"{text}" is not a unit of this quantity') from None
 
 
 @cache

@@ -1,6 +1,7 @@
 """Rods of one or more bonded layers, in the one-dimensional theory of longitudinal waves."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from math import ceil, pi
 from typing import Annotated
@@ -14,7 +15,7 @@ from structures.described import described
 from structures.fineness import fineness
 from structures.linear_algebra.factor import sum_of_cells
 from structures.material import Material
-from structures.quantities import Asks, Count, OneOf, Side, Thickness
+from structures.quantities import Asks, Count, Likely, OneOf, Side
 from structures.structure import Structure
 from structures.surface import Surface
 
@@ -23,6 +24,9 @@ MOST_ELEMENTS = 100_000  # In a whole rod. A wrong unit is a more likely reason 
 # Axial stiffness and mass of a quadratic element of unit length, for its two ends and its middle
 STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) / 3.0
 INERTIA = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30.0
+
+# The sides of a body of more than 5 m have no influence on beads.
+Radius = Annotated[float, replace(Likely.THICKNESS, high=5.0)]
 
 Base = Annotated[str, OneOf("fixed", "free", "absorbing", "contact")]
 
@@ -47,11 +51,7 @@ class Layer:
 
     material: Material
     length: Side
-    radius: Thickness
-
-    def __post_init__(self) -> None:
-        if self.radius > 5.0:  # the sides of a larger body have no influence on beads
-            raise ValueError(f"radius = {self.radius!r}: must be at most 5 m; is it in millimetres?")
+    radius: Radius
 
     @property
     def area(self) -> float:

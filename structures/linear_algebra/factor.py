@@ -103,8 +103,8 @@ def symmetric(name: str, value: Any) -> sparse.csr_array:
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise ValueError(f"{name} has shape {matrix.shape}: must be square")
     matrix = matrix if isinstance(matrix, sparse.csr_array) else sparse.csr_array(matrix)
-    if not np.isfinite(matrix.data).all():
-        raise ValueError(f"{name}: must hold finite numbers")
+    if np.iscomplexobj(matrix.data) or not np.isfinite(matrix.data).all():
+        raise ValueError(f"{name}: must hold finite, real numbers")
     diagonal = matrix.diagonal()
     if (diagonal < 0.0).any():
         row = int(np.argmin(diagonal))

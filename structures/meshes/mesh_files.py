@@ -38,9 +38,9 @@ ORDER = {
 }
 
 
-def source_of(mesh: Any) -> str:
-    """Return the entry of a mesh in the origin of a structure."""
-    return str(Path(mesh).absolute()) if isinstance(mesh, str | Path) else "meshio.Mesh"
+def source_of(value: Any, otherwise: str = "meshio.Mesh") -> str:
+    """Return the entry of an argument in the origin of a structure: the path of its file, or else a word."""
+    return str(Path(value).absolute()) if isinstance(value, str | Path) else otherwise
 
 
 def read_mesh(source: Any) -> Any:

@@ -44,7 +44,7 @@ def test_files_of_modes(tmp_path: Path, text: str, scale: float) -> None:
         ("", "begins with ''"),
         ("900, 1.0\n", "begins with '900,1.0': must begin with 'frequency,shape' or 'frequency,shape,damping_ratio'"),
         ("frequency (kHz),shape\n9, 1\n", "begins with"),
-        ("frequency,shape\n9, 1, 0.1\n", "has 3 columns of numbers; must have those of its first line, freq"),
+        ("frequency,shape\n9, 1, 0.1\n", "requires 2 columns but 3 were found at row 1"),
         ("frequency,shape\n9, x\n", "could not convert string"),
         ("frequency,shape\n-900, 1.0\n", "must be zero or a positive number"),
         ("frequency,shape\nnan, 1.0\n", "must be a (finite )?number"),
