@@ -15,6 +15,9 @@ NEGLIGIBLE = 1e-60
 NEVER = 1e300  # m, the yield overlap of a contact that does not yield
 # Cubics per octave of the overlap; tables begin at 2^-60 m and end after 57 octaves, at 2^-3 m.
 BUCKETS, LOWEST, OCTAVES = 32, -60, 57
+ROWS = np.arange(BUCKETS * OCTAVES + 1)
+EDGES: Vector = np.ldexp(1.0 + ROWS % BUCKETS / BUCKETS, LOWEST + ROWS // BUCKETS)  # limits of the cubics, m
+EDGES.setflags(write=False)
 MOST_ITERATIONS = 50  # of Newton's method for a contact on a spring, which needs three to five
 
 
@@ -93,17 +96,11 @@ def hertz_on_spring(scale: float, approach: float) -> float:
 
 
 @inner(forceinline=True)
-def hertz(stiffness: float, overlap: float) -> float:
-    """Return k δ^1.5; zero for an open contact."""
+def hertz(stiffness: float, overlap: float) -> tuple[float, float, float]:
+    """Return F = k δ^1.5, its slope dF/dδ and its integral ∫F dδ; zeros for an open contact."""
     closed = overlap if overlap > NEGLIGIBLE else 0.0
-    return stiffness * closed * sqrt(closed)
-
-
-@inner(forceinline=True)
-def hertz_energy(stiffness: float, overlap: float) -> float:
-    """Return ∫k δ^1.5 dδ, J; zero for an open contact."""
-    closed = overlap if overlap > NEGLIGIBLE else 0.0
-    return stiffness * (0.4 * closed * closed * sqrt(closed))
+    root = sqrt(closed)
+    return stiffness * closed * root, 1.5 * stiffness * root, stiffness * (0.4 * closed * closed * root)
 
 
 class Hertz(NamedTuple):
@@ -113,15 +110,15 @@ class Hertz(NamedTuple):
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
-        return hertz(law.stiffness[i], overlap)
+        return hertz(law.stiffness[i], overlap)[0]
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
-        return float(1.5 * law.stiffness[i] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0))
+        return hertz(law.stiffness[i], overlap)[1]
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        return hertz_energy(law.stiffness[i], overlap)
+        return hertz(law.stiffness[i], overlap)[2]
 
     @staticmethod
     def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
@@ -136,33 +133,12 @@ def bucket(overlap: float) -> int:
 
 
 @inner(forceinline=True)
-def cubic(rows: Vector, row: int, overlap: float) -> float:
-    """Return the value of a cubic of a table."""
+def cubic(rows: Vector, row: int, overlap: float) -> tuple[float, float, float]:
+    """Return the value of a cubic of a table, its slope, and the integral of the table from zero."""
     t = overlap - rows[row, 0]
-    return rows[row, 1] + t * (rows[row, 2] + t * (rows[row, 3] + t * rows[row, 4]))
-
-
-@inner(forceinline=True)
-def cubic_slope(rows: Vector, row: int, overlap: float) -> float:
-    """Return the slope of a cubic of a table."""
-    t = overlap - rows[row, 0]
-    return rows[row, 2] + t * (2.0 * rows[row, 3] + t * 3.0 * rows[row, 4])
-
-
-@inner(forceinline=True)
-def cubic_integral(rows: Vector, row: int, overlap: float) -> float:
-    """Return the integral of a table from zero to an overlap."""
-    t = overlap - rows[row, 0]
-    return rows[row, 5] + t * (
-        rows[row, 1] + t * (rows[row, 2] / 2.0 + t * (rows[row, 3] / 3.0 + t * rows[row, 4] / 4.0))
-    )
-
-
-def table_edges() -> Vector:
-    """Return the limits of the cubics of a table, m."""
-    i = np.arange(BUCKETS * OCTAVES + 1)
-    edges: Vector = 2.0 ** (LOWEST + i // BUCKETS) * (1.0 + (i % BUCKETS) / BUCKETS)
-    return edges
+    value, first, second, third = rows[row, 1], rows[row, 2], rows[row, 3], rows[row, 4]
+    integral = rows[row, 5] + t * (value + t * (first / 2.0 + t * (second / 3.0 + t * third / 4.0)))
+    return value + t * (first + t * (second + t * third)), first + t * (2.0 * second + t * 3.0 * third), integral
 
 
 class Tabulated(NamedTuple):
@@ -176,61 +152,48 @@ class Tabulated(NamedTuple):
     def force(law: Any, i: int, overlap: float) -> float:
         if overlap <= NEGLIGIBLE:
             return 0.0
-        return law.stiffness[i] * cubic(law.rows, law.first[i] + bucket(overlap), overlap)
+        return law.stiffness[i] * cubic(law.rows, law.first[i] + bucket(overlap), overlap)[0]
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
         if overlap <= NEGLIGIBLE:
             return 0.0
-        return law.stiffness[i] * cubic_slope(law.rows, law.first[i] + bucket(overlap), overlap)
+        return law.stiffness[i] * cubic(law.rows, law.first[i] + bucket(overlap), overlap)[1]
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
         if overlap <= NEGLIGIBLE:
             return 0.0
-        return law.stiffness[i] * cubic_integral(law.rows, law.first[i] + bucket(overlap), overlap)
+        return law.stiffness[i] * cubic(law.rows, law.first[i] + bucket(overlap), overlap)[2]
 
 
 class Mixed(NamedTuple):
-    """One piece for some contacts, and another for the others."""
+    """One piece for some contacts, and another, which does not yield, for the others."""
 
     own: Any
     others: Any
     is_own: Vector  # whether a contact has the first piece
 
     @staticmethod
-    def force(law: Any, i: int, overlap: float) -> float:
-        return force(law.own, i, overlap) if law.is_own[i] else force(law.others, i, overlap)
-
-    @staticmethod
-    def slope(law: Any, i: int, overlap: float) -> float:
-        return slope(law.own, i, overlap) if law.is_own[i] else slope(law.others, i, overlap)
-
-    @staticmethod
-    def energy(law: Any, i: int, overlap: float) -> float:
-        return energy(law.own, i, overlap) if law.is_own[i] else energy(law.others, i, overlap)
-
-    @staticmethod
-    def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-        if law.is_own[i]:
-            return overlap_on_spring(law.own, i, approach, flexibility)
-        return overlap_on_spring(law.others, i, approach, flexibility)
-
-    @staticmethod
-    def elastic_overlap(law: Any, i: int, overlap: float) -> float:
-        return elastic_overlap(law.own, i, overlap) if law.is_own[i] else elastic_overlap(law.others, i, overlap)
-
-    @staticmethod
     def with_memory(law: Any, y: Vector) -> Any:
-        return Mixed(with_memory(law.own, y), with_memory(law.others, y), law.is_own)
-
-    @staticmethod
-    def force_of_step(law: Any, i: int, overlap: float) -> float:
-        return force_of_step(law.own, i, overlap) if law.is_own[i] else force_of_step(law.others, i, overlap)
+        return Mixed(with_memory(law.own, y), law.others, law.is_own)
 
     @staticmethod
     def lost_to_yielding(law: Any, before: Any, first: int, last: int) -> float:
         return lost_to_yielding(law.own, before.own, first, last)
+
+
+def of_contact(function: Any) -> Any:
+    """Return a function of Mixed: it calls `function` for the piece of contact i."""
+
+    def call(law: Any, i: int, *more: float) -> float:
+        return function(law.own, i, *more) if law.is_own[i] else function(law.others, i, *more)
+
+    return staticmethod(call)
+
+
+for of_piece in (force, slope, energy, overlap_on_spring, elastic_overlap, force_of_step):
+    setattr(Mixed, of_piece.__name__, of_contact(of_piece))
 
 
 class Yielding(NamedTuple):
@@ -257,31 +220,31 @@ class Yielding(NamedTuple):
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
         if overlap > law.limit[i]:
-            return loading_force(law, i, overlap)
-        return float(hertz(law.hard[i], overlap - law.dent[i]))
+            return loading(law, i, overlap)[0]
+        return hertz(law.hard[i], overlap - law.dent[i])[0]
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
         """Return the slope of unloading, N/m, on which losses depend."""
-        hard, dent = unloading(law, i, overlap)
-        return float(1.5 * hard * sqrt(overlap - dent)) if overlap - dent > NEGLIGIBLE else 0.0
+        hard, dent = unloading(law, i, overlap, law.limit[i])
+        return hertz(hard, overlap - dent)[1]
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        hard, dent = unloading(law, i, overlap)
-        return hertz_energy(hard, overlap - dent)
+        hard, dent = unloading(law, i, overlap, law.limit[i])
+        return hertz(hard, overlap - dent)[2]
 
     @staticmethod
     def elastic_overlap(law: Any, i: int, overlap: float) -> float:
-        return float(overlap - unloading(law, i, overlap)[1])
+        return overlap - unloading(law, i, overlap, law.limit[i])[1]
 
     @staticmethod
     def force_of_step(law: Any, i: int, overlap: float) -> float:
+        pressed = force(law, i, overlap)
         if overlap > law.limit[i]:
+            law.hard[i], law.dent[i] = unloading(law, i, overlap, law.limit[i])
             law.limit[i] = overlap
-            law.hard[i], law.dent[i] = unloading_after(law, i, overlap)
-            return loading_force(law, i, overlap)
-        return float(hertz(law.hard[i], overlap - law.dent[i]))
+        return pressed
 
     @staticmethod
     def lost_to_yielding(law: Any, before: Any, first: int, last: int) -> float:
@@ -295,40 +258,33 @@ class Yielding(NamedTuple):
     def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
         overlap = law.dent[i] + hertz_on_spring(law.hard[i] * flexibility, approach - law.dent[i])
         if not overlap > law.limit[i]:
-            return float(overlap)
+            return overlap
         overlap = approach
         for _ in range(MOST_ITERATIONS):
-            depth = overlap - law.begin[i]
-            rise = cubic_slope(law.rows, law.loading[i] + bucket(depth), depth)
-            excess = overlap + flexibility * loading_force(law, i, overlap) - approach
-            change = excess / (1.0 + flexibility * rise)
+            pressed, rise, _ = loading(law, i, overlap)
+            change = (overlap + flexibility * pressed - approach) / (1.0 + flexibility * rise)
             overlap = max(overlap - change, law.begin[i])
             if not abs(change) > 1e-15 * overlap:
                 break
-        return float(overlap)
+        return overlap
 
 
 @inner(forceinline=True)
-def loading_force(law: Any, i: int, overlap: float) -> float:
-    """Return the force of a contact at an overlap beyond its largest one, N."""
+def loading(law: Any, i: int, overlap: float) -> tuple[float, float, float]:
+    """Return the force at an overlap that is the largest so far, its slope, and the work of its part above F_y."""
     depth = overlap - law.begin[i]
-    return law.yield_force[i] + cubic(law.rows, law.loading[i] + bucket(depth), depth)
+    above, rise, work = cubic(law.rows, law.loading[i] + bucket(depth), depth)
+    return law.yield_force[i] + above, rise, work
 
 
 @inner(forceinline=True)
-def unloading_after(law: Any, i: int, largest: float) -> tuple[float, float]:
-    """Return the unloading stiffness (N/m^1.5) and the dent (m) of a contact after an overlap beyond yield."""
-    depth = largest - law.begin[i]
-    dent = cubic(law.rows, law.indentation[i] + bucket(depth), depth)
-    return loading_force(law, i, largest) / ((largest - dent) * sqrt(largest - dent)), dent
-
-
-@inner(forceinline=True)
-def unloading(law: Any, i: int, overlap: float) -> tuple[float, float]:
-    """Return unloading stiffness and dent: the remembered ones, or new ones if this overlap is larger than before."""
-    if overlap > law.limit[i]:
-        return unloading_after(law, i, overlap)
-    return law.hard[i], law.dent[i]
+def unloading(law: Any, i: int, overlap: float, limit: float) -> tuple[float, float]:
+    """Return the unloading stiffness, N/m^1.5, and the dent, m: the remembered ones up to `limit`, else new ones."""
+    if not overlap > limit:
+        return law.hard[i], law.dent[i]
+    depth = overlap - law.begin[i]
+    dent = cubic(law.rows, law.indentation[i] + bucket(depth), depth)[0]
+    return loading(law, i, overlap)[0] / ((overlap - dent) * sqrt(overlap - dent)), dent
 
 
 @inner(forceinline=True)
@@ -337,8 +293,6 @@ def plastic_work(law: Any, i: int, largest: float) -> float:
     begin = law.begin[i]
     if not largest > begin:
         return 0.0
-    depth = largest - begin
-    beyond = cubic_integral(law.rows, law.loading[i] + bucket(depth), depth)
-    hard, dent = unloading_after(law, i, largest)
-    loaded = hertz_energy(law.stiffness[i], begin) + law.yield_force[i] * depth + beyond
-    return max(loaded - hertz_energy(hard, largest - dent), 0.0)
+    hard, dent = unloading(law, i, largest, begin)
+    loaded = hertz(law.stiffness[i], begin)[2] + law.yield_force[i] * (largest - begin) + loading(law, i, largest)[2]
+    return max(loaded - hertz(hard, largest - dent)[2], 0.0)

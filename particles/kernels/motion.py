@@ -8,7 +8,7 @@ from particles.kernels import drives as kinds
 from particles.kernels.drives import Drives, energy_of_loads, mean_rate, outer_forces, place_and_speed
 from particles.kernels.laws import force_of_step, lost_to_yielding, with_memory
 from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
-from particles.kernels.vibrations import Vibrations, accelerate_modes, energies_between, forces_between
+from particles.kernels.vibrations import Vibrations, energies_between, forces_between
 from structures.kernels.arrays import NOT_NEGATIVE
 from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
@@ -65,10 +65,10 @@ def move(
     raise NotImplementedError
 
 
-@by_type
-def flying(loss: Any, chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
+@inner(forceinline=True)
+def flying(chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
     """Return the first body that may touch another in a window; those before keep their velocities."""
-    last = chains.ends[c].last
+    loss, last = chains.loss, chains.ends[c].last
     for i in range(chains.ends[c].striker, last):
         approach, change = y[i] - y[i + 1], window * (v[i] - v[i + 1])
         if chains.gravity[i] != 0.0 or drag(loss, i) != 0.0 or approach >= 0.0 or approach + change >= 0.0:
@@ -107,7 +107,7 @@ class Verlet(NamedTuple):
                 ahead[striker] = place_and_speed(drive, c, t)[1]
         # Bodies up to `rear` − 1 have no contact and keep their velocities until a body touches them.
         if first == striker:
-            flown[striker] = striker if drive.acts[c] else flying(loss, chains, c, y, v, window)
+            flown[striker] = striker if drive.acts[c] else flying(chains, c, y, v, window)
         rear = max(first, int(flown[striker]))
         # The last body that a wave has reached. A surface that moves back presses the last body earlier.
         front, source = last, striker if drive.kind[c] == kinds.MOVED else striker + 1
@@ -171,14 +171,6 @@ class Verlet(NamedTuple):
         return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, taken, driven
 
 
-@inner(forceinline=True)
-def span(chains: Any, c: int, modes: bool) -> tuple[int, int]:
-    """Return the first coordinate of the bodies of chain c, or of their modes, and the one after the last."""
-    bodies, many = chains.vibrations.struck.shape
-    first, many = (bodies, many) if modes else (0, 1)
-    return first + chains.ends[c].striker * many, first + (chains.ends[c].last + 1) * many
-
-
 @inner()
 def accelerations(
     chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, outer: tuple[float, float],
@@ -188,8 +180,9 @@ def accelerations(
 
     outer: outer forces on body 0 and bead 1, N. work: three rows.
     """
-    forces, alone, loss = work[0], work[2], chains.loss
+    forces, alone, loss, vibrations = work[0], work[2], chains.loss, chains.vibrations
     striker, last, faces = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].faces
+    bodies, modes = vibrations.struck.shape
     power = forces_between(chains, law, c, y, v, wall, rate, forces, work[1:])
     behind, closing_behind, taken = 0.0, 0.0, 0.0
     for i in range(striker, last + 1):
@@ -210,7 +203,15 @@ def accelerations(
         power += taken
         for i in range(striker, last + 1):
             a[i] += chains.inverse_mass[i] * alone[i]
-    return power + accelerate_modes(chains, c, y, v, forces, a)
+    in_modes = 0.0
+    for i in range(striker, last + 1):
+        behind = forces[i - 1] if i > striker else 0.0
+        for k in range(modes):
+            q, slowing = bodies + i * modes + k, drag(loss, i) + vibrations.rate[i, k]
+            a[q] = vibrations.struck[i, k] * behind - vibrations.far[i, k] * forces[i]
+            a[q] -= vibrations.stiffness[i, k] * y[q] + slowing * v[q]
+            in_modes += slowing * v[q] * v[q]
+    return power + in_modes
 
 
 class DampedVerlet(NamedTuple):
@@ -224,16 +225,17 @@ class DampedVerlet(NamedTuple):
         drive, law = chains.drive, with_memory(chains.law, y)
         striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
         forces, a, half = work[0], work[3], work[4]
-        outer, push = (0.0, 0.0), 0.0
+        (bodies, modes), outer, push = chains.vibrations.struck.shape, (0.0, 0.0), 0.0
+        # The coordinates of the bodies, and those of their modes.
+        parts = (striker, last + 1), (bodies + striker * modes, bodies + (last + 1) * modes)
         impulse, impulse_behind, lost, driven = 0.0, 0.0, 0.0, 0.0
         for i in range(striker, last + 1):
             forces[i] = 0.0
         for step in range(steps + 1):
             now, weight, wall = t + step * dt, dt if 0 < step < steps else 0.5 * dt, start + step * dt * rate
             place, before, bead, push_before = y[striker], forces[striker], y[striker + 1], push
-            for part in range(2 if step > 0 else 0):
-                begin, stop = span(chains, c, part == 1)
-                for i in range(begin, stop):
+            for begin, stop in parts:
+                for i in range(begin, stop if step > 0 else begin):
                     half[i] = v[i] + 0.5 * dt * a[i]
                     v[i] = half[i] + 0.5 * dt * a[i]
                     y[i] += dt * half[i]
@@ -247,9 +249,8 @@ class DampedVerlet(NamedTuple):
             for i in range(striker, last + 1):
                 approach = y[i] - (y[i + 1] if i < last else wall)
                 force_of_step(law, i, overlap_at(law, i, approach, chains.spring[i]))
-            for part in range(2 if step > 0 else 0):
-                begin, stop = span(chains, c, part == 1)
-                for i in range(begin, stop):
+            for begin, stop in parts:
+                for i in range(begin, stop if step > 0 else begin):
                     v[i] = half[i] + 0.5 * dt * a[i]
             impulse += weight * forces[last]
             impulse_behind += weight * forces[striker]

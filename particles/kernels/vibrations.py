@@ -1,9 +1,9 @@
-"""Contacts between bodies that may vibrate: the forces, and the accelerations of the modes."""
+"""Contacts between bodies that may vibrate."""
 
 from typing import Any, NamedTuple
 
 from particles.kernels.laws import energy, force
-from particles.kernels.losses import drag, force_and_loss, overlap_at
+from particles.kernels.losses import force_and_loss, overlap_at
 from structures.kernels.compiling import inner
 from structures.structure import Vector
 
@@ -82,21 +82,6 @@ def forces_between(
         closing, flexibility = between_poles(chains, v, i, last, rate), chains.spring[i]
         forces[i], taken = force_and_loss(law, chains.loss, i, work[0, i], work[1, i], forces[i], closing, flexibility)
         power += taken
-    return power
-
-
-@inner()
-def accelerate_modes(chains: Any, c: int, y: Vector, v: Vector, forces: Vector, a: Vector) -> float:
-    """Write the accelerations of the modes of chain c to `a`; return the power of their losses, W."""
-    vibrations, striker, power = chains.vibrations, chains.ends[c].striker, 0.0
-    bodies, modes = vibrations.struck.shape
-    for i in range(striker, chains.ends[c].last + 1):
-        behind = forces[i - 1] if i > striker else 0.0
-        for k in range(modes):
-            q, slowing = bodies + i * modes + k, drag(chains.loss, i) + vibrations.rate[i, k]
-            a[q] = vibrations.struck[i, k] * behind - vibrations.far[i, k] * forces[i]
-            a[q] -= vibrations.stiffness[i, k] * y[q] + slowing * v[q]
-            power += slowing * v[q] * v[q]
     return power
 
 

@@ -58,9 +58,9 @@ class ContactLaw(ABC):
 
     def energy(self, approach: Vector) -> Vector:
         """Return ∫F dδ, J."""
-        overlap, edges = np.asarray(approach, float), kernels.table_edges()
-        row = np.clip(np.searchsorted(edges, overlap, side="right") - 1, 0, edges.size - 2)
-        return np.where(overlap > kernels.NEGLIGIBLE, kernels.cubic_integral(self._table, row, overlap), 0.0)
+        overlap = np.asarray(approach, float)
+        row = np.clip(np.searchsorted(kernels.EDGES, overlap, side="right") - 1, 0, kernels.EDGES.size - 2)
+        return np.where(overlap > kernels.NEGLIGIBLE, kernels.cubic(self._table, row, overlap)[2], 0.0)
 
     def approach(self, force: Vector) -> Vector:
         """Return δ(F), m, the inverse of the law."""
@@ -75,7 +75,7 @@ class ContactLaw(ABC):
         """The largest relative error of the table in the middle of its cubics."""
         row = np.arange(1, len(self._table) - 1)
         middle = 0.5 * (self._table[row, 0] + self._table[row + 1, 0])
-        return float(np.abs(kernels.cubic(self._table, row, middle) / np.asarray(self.force(middle)) - 1.0).max())
+        return float(np.abs(kernels.cubic(self._table, row, middle)[0] / np.asarray(self.force(middle)) - 1.0).max())
 
     @cached_property
     def _table(self) -> Vector:
@@ -149,7 +149,7 @@ class PowerLaw(ContactLaw):
 
     @property
     def kernel(self) -> tuple[float, Vector | None]:
-        return self.stiffness, None if self.exponent == 1.5 else _shape_table(self.exponent)
+        return self.stiffness, None if self.exponent == 1.5 else _unit_law(1.0, self.exponent)._table
 
     def energy(self, approach: Vector) -> Vector:
         return self.force(approach) * np.maximum(approach, 0.0) / (self.exponent + 1.0)
@@ -160,6 +160,9 @@ class PowerLaw(ContactLaw):
     def overlap(self, energy: Vector) -> Vector:
         n = self.exponent
         return ((n + 1.0) * np.asarray(energy) / self.stiffness) ** (1.0 / (n + 1.0))
+
+
+_unit_law = lru_cache(maxsize=256)(PowerLaw)  # keeps the table of each exponent
 
 
 @described
@@ -235,17 +238,14 @@ def kernel_table(law: ContactLaw) -> Vector:
     """Return a law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of Hermite cubics in δ − δ₀; the first is a line through 0."""
     from scipy.interpolate import CubicHermiteSpline
 
-    edges = kernels.table_edges()
-    edges.setflags(write=False)  # a law must not write to its argument
+    edges = kernels.EDGES
     try:
         force, slope = (np.asarray(values, float) for values in (law.force(edges), law.tangent(edges)))
     except (TypeError, ValueError) as error:  # raised by math.sqrt or `if` with arrays
         raise ValueError(f"law: {type(law).__name__}.force: must take an array of approaches ({error})") from error
     rise = np.diff(force) / np.diff(edges) if force.shape == slope.shape == edges.shape else np.array([np.nan])
     if not isinstance(law, PowerLaw | TabulatedLaw):
-        near = np.searchsorted(
-            edges, 1e-6
-        )  # a micrometre, where a law has a few newtons; at zero it must have far less
+        near = np.searchsorted(edges, 1e-6)  # a micrometre, where a law has a few newtons; at zero it has far less
         rises = np.isfinite(rise).all() and (rise > 0.0).all() and abs(force[0]) <= 1e-5 * abs(force[near])
         if not (rises and np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5)):
             name = type(law).__name__
@@ -256,11 +256,6 @@ def kernel_table(law: ContactLaw) -> Vector:
     rows = np.vstack([line, np.column_stack([edges[1:-1], *curve.c[::-1], work])])
     rows[-1, 3:5] = 0.0
     return rows
-
-
-@lru_cache(maxsize=256)
-def _shape_table(exponent: float) -> Vector:
-    return kernel_table(PowerLaw(1.0, exponent))
 
 
 def inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
