@@ -37,8 +37,8 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
         times = f"{until / once:.2g} times the {readable(once, 's', 4)} that a wave takes through the chain and back"
         findings[f"until = {until:g} s: is {times}{_meant(longest, until)}"] = None
     for chain in filter(_is_sudden, chains):
-        name, in_contact = chain.strongest_loss
-        steps, part = until / chain.longest_step, f"1/{chain.contact_time / chain.damping_time:.0f}"
+        name, in_contact, time = chain.strongest_loss
+        steps, part = until / chain.longest_step, f"1/{chain.contact_time / time:.0f}"
         if in_contact:
             words = f"a contact in {part} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
             findings[f"{name}: would stop {words}; check its unit"] = None
@@ -53,7 +53,7 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
     steps = float(sum(chain.steps(until) * chain.mass.size for chain in chains))
     if steps <= most:
         return
-    losses = [chain.strongest_loss[0] for chain in chains if chain.dt is None and _is_sudden(chain)]
+    losses = [chain.strongest_loss.argument for chain in chains if chain.dt is None and _is_sudden(chain)]
     step = chains[0].dt
     name = [*losses, f"until = {until!r}" if step is None else f"dt = {step!r}"][0]
     asked = f"give most_steps = {float(f'{1.1 * steps:.1e}'):g} if it is meant"
@@ -75,7 +75,7 @@ def _meant(longest: float, until: float) -> str:
 
 def _is_sudden(chain: MovingChain) -> bool:
     """Return whether a loss ends motion so soon that its unit may be wrong; such a loss determines the step."""
-    return chain.contact_time > SUDDEN * chain.damping_time
+    return chain.contact_time > SUDDEN * chain.strongest_loss.time
 
 
 def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:

@@ -1,7 +1,6 @@
 """The check for yielding in a run with elastic contacts: how far the greatest force of a contact is beyond yield."""
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from math import inf, pi, sqrt
 from operator import itemgetter
 
@@ -35,7 +34,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
     """Yield a finding on the contact that is pressed farthest beyond yield. motions: one for each chain."""
     pressed = []
     for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
-        unit, power, limit = chain.once("pressures", partial(_pressures, chain))
+        unit, power, limit = chain.once("pressures", _pressures)
         ratios = unit * np.maximum(motion.force.max(axis=1), 0.0) ** power / limit
         pressed.append((float(ratios.max()), number, int(ratios.argmax()), float(power[ratios.argmax()])))
     ratio, number, contact, power = max(pressed, key=itemgetter(0))
@@ -43,7 +42,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
         chain = chains[number]
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
         weaker = min(_materials(chain, contact), key=yield_pressure)
-        if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
+        if chain.once("takes a law of yielding", _takes_a_law):
             cure = f"its dent is left out; {CURE}"
         # Hertzian forces grow with the speed to the power 6/5. With a preload or another law there is no such rule.
         elif power == OF_HERTZ and chain.chain.speed > 0.0 and not chain.static_force.any():

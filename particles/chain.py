@@ -4,18 +4,18 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
-from math import inf, pi, sin
+from math import pi, sin
 from typing import Annotated, Any
 
 import numpy as np
 
 from particles.bead import Bead, check_bead, plain_data
-from particles.dissipation import Dissipation, coefficients_of
+from particles.dissipation import Dissipation
 from particles.excitation import Excitation, Impact
 from particles.kernels.drives import FREE, MOVED
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
-from structures.checks import function, listed, short
+from structures.checks import function, instance, listed, short
 from structures.described import described
 from structures.quantities import Angle, Likely
 from structures.structure import Vector
@@ -78,21 +78,19 @@ class Chain:
             if self.impact_speed == 0.0:
                 raise ValueError("impact_speed = 0.0: must be a positive number of m/s, unless striker=None")
             Likely.SPEED.check("impact_speed", self.impact_speed)  # type: ignore[arg-type]
-        if not isinstance(self.dissipation, Dissipation | None):
-            raise ValueError(f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(5.0)")
+        if self.dissipation is not None:
+            instance("dissipation", self.dissipation, Dissipation, "None or a loss such as LinearDashpot(5.0)")
         if callable(self.law) and not isinstance(self.law, ContactLaw | type):
             function("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
         elif not isinstance(self.law, YieldingLaw | None):
             check_contact_law("law", self.law, "None, a law such as PowerLaw(k, n), or a function of two bodies")
 
-        # A user's own excitation or loss may be wrong.
+        # A user's own excitation may be wrong.
         kind, faced = self.excitation.drive.kind, self.excitation.faces(self.beads[0])
         if (kind == FREE and self.body is None) or (kind == MOVED and faced is None):
             raise ValueError(f"striker = {self.striker!r}: must have a body if its drive is FREE, a surface if MOVED")
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: must have a positive energy")
-        if self.dissipation is not None:
-            coefficients_of(self.dissipation, reduced_masses(self.masses))
 
     def __repr__(self) -> str:
         names = Counter(type(bead).__name__ for bead in self.beads)
@@ -101,9 +99,8 @@ class Chain:
         struck = f"{who} at {self.impact_speed:.4g} m/s" if self.impact_speed else f"{who} at rest"
         if isinstance(self.striker, Excitation):
             struck = f"struck by {short(self.striker)}"
-        rest = [field for field in fields(self) if field.name not in ("beads", "striker", "impact_speed")]
-        changed = [field.name for field in rest if getattr(self, field.name) != field.default]
-        settings = [f"{name}={short(getattr(self, name))}" for name in changed]
+        given = {field.name: getattr(self, field.name) for field in fields(self)[3:]}
+        settings = [f"{name}={short(value)}" for name, value in given.items() if value != getattr(type(self), name)]
         return f"{type(self).__name__}({', '.join([kinds, struck, *settings])})"
 
     @cached_property
@@ -133,11 +130,6 @@ class Chain:
         return self.excitation.energy(self.beads[0].mass, self.gravity_along)
 
     @property
-    def masses(self) -> Vector:
-        """The masses of striker and beads, kg; infinite if a structure, a piston or a force replaces the striker."""
-        return np.array([self.body.mass if self.body else inf, *(bead.mass for bead in self.beads)])
-
-    @property
     def centres(self) -> Vector:
         """Distances of the centres of striker and beads from the struck end of the first bead, m."""
         sizes = np.array([bead.size for bead in self.beads])
@@ -149,9 +141,3 @@ class Chain:
         described = {number: plain_data(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
         plain = {field.name: plain_data(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
         return {"beads": [described[id(bead)] for bead in self.beads], **plain}
-
-
-def reduced_masses(mass: Vector) -> Vector:
-    """Return the reduced masses of the contacts of these bodies, kg. A structure or a piston counts as immovable."""
-    inverse = np.append(1.0 / mass, 0.0)
-    return np.asarray(1.0 / (inverse[:-1] + inverse[1:]))

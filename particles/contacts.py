@@ -14,7 +14,6 @@ from particles.kernels.losses import NoLoss
 from particles.kernels.motion import ENDS, PACE, Chains, DampedVerlet, Verlet
 from particles.kernels.vibrations import Vibrations
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, filled
-from particles.laws.yielding import YieldingContact
 from structures.structure import Vector
 from structures.surface import Surface
 from structures.units import readable
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Pair = tuple[Bead, Bead | Surface]
-Laws = Sequence[ContactLaw | None]
 Groups = dict[ContactLaw, Vector]  # for each different law the numbers, from zero, of its contacts
 
 
@@ -37,47 +35,13 @@ def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) ->
     return [None if pair is None else found[id(pair[0]), id(pair[1])] for pair in pairs]
 
 
-def grouped(laws: Laws) -> Groups:
+def grouped(laws: Sequence[ContactLaw | None]) -> Groups:
     """Return the different laws and their contacts."""
     groups: dict[ContactLaw, list[int]] = {}
     for i, law in enumerate(laws):
         if law is not None:
             groups.setdefault(law, []).append(i)
     return {law: np.array(contacts) for law, contacts in groups.items()}
-
-
-def kernel_laws(laws: Laws) -> Any:
-    """Return the contact laws as a piece of the compiled loops: Hertz's law, tables, and the laws' own pieces."""
-    others = [None if law is None or law.piece is not None else law for law in laws]
-    stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
-    whole: Any = Hertz(stiffness)
-
-    # Equal laws have the same table, some different laws share one, and laws of Hertz's shape have none.
-    table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
-    if table_of:
-        tables = list({id(table): table for table in table_of.values()}.values())
-        starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
-        first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
-        tabulated = Tabulated(stiffness, first, np.concatenate(tables))
-        whole = tabulated if (first >= 0).all() else Mixed(tabulated, whole, first >= 0)  # type: ignore[arg-type]
-
-    for piece in dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None):
-        chosen = [law if law is not None and law.piece is piece else None for law in laws]
-        where = np.array([law is not None for law in chosen])
-        whole = filled(piece, chosen) if where.all() else Mixed(filled(piece, chosen), whole, where)
-    return whole
-
-
-def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
-    """Return the memory of contacts after their largest overlaps, m: limits, stiffnesses, dents; see `Yielding`."""
-    limit, hard, dent = np.full(stiffness.size, NEVER), stiffness.copy(), np.zeros(stiffness.size)
-    for i, contact in enumerate(contacts):
-        if contact is not None and contact.overlap < inf:
-            limit[i] = max(contact.overlap, overlaps[i])
-            if overlaps[i] > contact.overlap:
-                dent[i] = contact.dent(overlaps[i])
-                hard[i] = contact.force(overlaps[i]) / (overlaps[i] - dent[i]) ** 1.5
-    return np.concatenate([limit, hard, dent])
 
 
 def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
@@ -132,7 +96,7 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
     # The drives. The history of a piston starts at its static position.
     drives = [chain.chain.excitation.drive for chain in chains]
     kinds, springs = np.array([drive.kind for drive in drives]), np.array([float(drive.spring) for drive in drives])
-    loads = np.array([chain.dead_load for chain in chains])
+    loads = np.array([chain.chain.preload - chain.static_force[0] for chain in chains])
     histories = [np.array(drive.history, dtype=float) for drive in drives]
     for history, place in zip(histories, ends["rest"] * (kinds == MOVED), strict=True):
         history[1] += place
@@ -147,7 +111,7 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
     )
     return Chains(
         DampedVerlet() if modes or on_bodies else Verlet(),
-        _law(chains),
+        kernel_laws(chains),
         kernel_losses(losses, present, free),
         drive,
         Vibrations(*map(np.concatenate, [*wide, cross])),
@@ -159,31 +123,46 @@ def joined(chains: Sequence["MovingChain"]) -> Chains:
     )
 
 
-def _law(chains: Sequence["MovingChain"]) -> Any:
-    """Return the laws of all contacts as a piece; the coordinates hold the memory of yielding contacts."""
-    laws = [law for chain in chains for law in chain.local_laws]
+def kernel_laws(chains: Sequence["MovingChain"]) -> Any:
+    """Return the laws of all contacts as a piece: Hertz's law, tables, the laws' own pieces, contacts that yield."""
+    laws = [None if chain.yielding is not None else law for chain in chains for law in chain.local_laws]
+    others = [None if law is None or law.piece is not None else law for law in laws]
+    stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
+    whole: Any = Hertz(stiffness)
+
+    # Equal laws have the same table, some different laws share one, and laws of Hertz's shape have none.
+    table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
+    if table_of:
+        tables = list({id(table): table for table in table_of.values()}.values())
+        starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
+        first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
+        tabulated = Tabulated(stiffness, first, np.concatenate(tables))
+        whole = tabulated if (first >= 0).all() else Mixed(tabulated, whole, first >= 0)  # type: ignore[arg-type]
+
+    for piece in dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None):
+        chosen = [law if law is not None and law.piece is piece else None for law in laws]
+        where = np.array([law is not None for law in chosen])
+        whole = filled(piece, chosen) if where.all() else Mixed(filled(piece, chosen), whole, where)
+
     yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
     if not yields.any():
-        return kernel_laws(laws)
+        return whole
     contacts = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
     yielding = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
     different = [*dict.fromkeys(filter(None, yielding))]
-    tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
-    starts = np.cumsum([0, *map(len, tables)])
-    first = [0 if contact is None else 2 * different.index(contact) for contact in yielding]
+    pairs = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
+    begins = np.cumsum([0, *map(len, pairs)])
+    place = [0 if contact is None else 2 * different.index(contact) for contact in yielding]
     own = Yielding(
         np.concatenate([chain.stiffness for chain in chains]),
         np.array([NEVER if contact is None else contact.overlap for contact in yielding]),
         np.array([0.0 if contact is None else contact.yield_force for contact in yielding]),
-        starts[first],
-        starts[np.add(first, 1)],
-        np.concatenate(tables),
+        begins[place],
+        begins[np.add(place, 1)],
+        np.concatenate(pairs),
         *np.zeros((3, 0)),
     )
-    if yields.all():
-        return own
-    others = kernel_laws([None if does else law for does, law in zip(yields, laws, strict=True)])
-    return Mixed(own, others, yields)
+    return own if yields.all() else Mixed(own, whole, yields)
 
 
 def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:

@@ -11,11 +11,11 @@ import numpy as np
 from scipy.special import gamma
 
 from particles import contacts
-from particles.bead import Bead
-from particles.chain import Chain, reduced_masses
+from particles.chain import Chain
 from particles.contacts import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED
+from particles.kernels.laws import NEVER
 from particles.kernels.vibrations import Vibrations
 from particles.laws.formulas import law_of_bodies
 from particles.laws.law import ContactLaw, check_contact_law, unchanging
@@ -30,6 +30,9 @@ STEPS_PER_CONTACT = 1800
 STEPS_PER_DAMPING = 40
 TINY = float(np.finfo(float).tiny)
 
+# The common facts of chains with equal parts and loads, which the chains fill; a batch has thousands of such chains.
+known_facts: Any = lru_cache(maxsize=64)(lambda *parts: {})
+
 
 class ChainState(NamedTuple):
     """The motion of the striker, or of the surface behind, and of the beads."""
@@ -41,23 +44,20 @@ class ChainState(NamedTuple):
     driven: float = 0.0  # work of a force history or piston so far, J
 
 
+class StrongestLoss(NamedTuple):
+    """A loss, and the time in which it would stop a motion."""
+
+    argument: str  # the user's argument
+    at_contacts: bool  # whether it would stop a contact, or else a vibration of a body
+    time: float  # s, infinite without a loss
+
+
 T = TypeVar("T")
 
 
 def fact(make: Callable[[Any], T]) -> cached_property[T]:
     """Return a property that is computed once for chains that differ only in the impact speed; use as a decorator."""
-
-    @wraps(make)
-    def of_chain(chain: Any) -> T:
-        return chain.once(make.__name__, lambda: make(chain))  # type: ignore[no-any-return]
-
-    return cached_property(of_chain)
-
-
-@lru_cache(maxsize=64)
-def known_facts(*parts: Any) -> dict[str, Any]:
-    """Return the common facts of chains with equal parts and loads, which the chains fill; a batch has thousands."""
-    return {}
+    return cached_property(wraps(make)(lambda chain: chain.once(make.__name__, make)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +102,11 @@ class MovingChain:
             raise ValueError(
                 f"striker = {short(self.chain.striker)}: must be None or a PushedBead if a structure stands behind"
             )
-        _ = self.rest  # the equilibrium checks loads, laws and bodies
+        _ = self.rest, self.strongest_loss  # these check loads, laws, bodies and the loss
         deepest = self._deepest_alone
         for name, contact in (("flexibility", -1), ("behind_flexibility", 0)):
             flexibility = getattr(self, name)
-            if (excess := -flexibility * float(self._tangent(deepest)[contact])) >= 1.0:
+            if (excess := -flexibility * float(self.of_laws("tangent", deepest)[contact])) >= 1.0:
                 raise ValueError(
                     f"{name} = {flexibility!r}: must be less negative, as this contact is wider than the patch; give "
                     f"the structure a patch_radius at least {ceil(100.0 * excess) / 100.0:g} times as large"
@@ -116,10 +116,10 @@ class MovingChain:
             if self.dt > (most := self.stable_step):
                 raise ValueError(f"dt = {self.dt!r}: must be below {most:.3g} s for a stable step")
 
-    def once(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return a fact that does not depend on the impact speed; it is computed once for otherwise equal chains."""
+    def once(self, name: str, make: Callable[[Any], Any]) -> Any:
+        """Return make(self), which must not depend on the impact speed; otherwise equal chains share it."""
         if name not in self.shared:
-            self.shared[name] = make()
+            self.shared[name] = make(self)
         return self.shared[name]
 
     @cached_property
@@ -135,12 +135,14 @@ class MovingChain:
     @fact
     def mass(self) -> Vector:
         """The masses of striker and beads, kg; infinite if a structure, a piston or a force replaces the striker."""
-        return self.chain.masses
+        body = self.chain.body
+        return np.array([body.mass if body else inf, *(bead.mass for bead in self.chain.beads)])
 
     @fact
     def reduced_mass(self) -> Vector:
-        """The reduced masses of the N + 1 contacts, kg."""
-        return reduced_masses(self.mass)
+        """The reduced masses of the N + 1 contacts, kg. A structure or a piston counts as immovable."""
+        inverse = np.append(1.0 / self.mass, 0.0)
+        return np.asarray(1.0 / (inverse[:-1] + inverse[1:]))
 
     @fact
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
@@ -166,9 +168,7 @@ class MovingChain:
 
         return tuple(contacts.once_per_pair(self.pairs, between))
 
-    def law_between(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
-        """Return the law of two bodies for which the user gives none."""
-        return law_of_bodies(bead, facing)
+    law_between = staticmethod(law_of_bodies)  # the law of two bodies for which the user gives none
 
     @property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
@@ -195,7 +195,7 @@ class MovingChain:
         """The chain in the form for the compiled loops."""
         return joined([self])
 
-    @property
+    @fact
     def vibrations(self) -> Vibrations:
         """The vibrations of the bodies for the compiled loops; there are none, because the bodies are rigid."""
         none = np.zeros((self.mass.size, 0))
@@ -209,34 +209,20 @@ class MovingChain:
             raise ValueError("beads: must have a contact, but a single bead without a striker faces nothing")
         return groups
 
-    def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
-        """Return the values of `of` for each law and its contacts; zero without a contact."""
+    def of_laws(self, quantity: str, at: Vector) -> Vector:
+        """Return the force, tangent, energy, approach or overlap of each contact by its law; zero without a contact."""
         values = np.zeros(len(self.laws))
         for law, which in self.groups.items():
-            values[which] = of(law, which)
+            values[which] = getattr(law, quantity)(at[which])
         return values
-
-    def _tangent(self, approach: Vector) -> Vector:
-        """Return the tangent of each contact, N/m, at its approach, m."""
-        return self._over_contacts(lambda law, i: law.tangent(approach[i]))
 
     def approach(self, force: Vector) -> Vector:
         """Return the approach of each contact, m, at its force, N, without losses, on first loading."""
-        overlap = self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
+        overlap = self.of_laws("approach", np.maximum(force, 0.0))
         for i, contact in enumerate(self.yielding or ()):
             if contact is not None and force[i] > contact.yield_force:
                 overlap[i] = contact.approach(force[i])
         return overlap
-
-    def force(self, approach: Vector) -> Vector:
-        """Return the force of each contact, N, at its approach, m, without losses and springs."""
-        return self._over_contacts(lambda law, i: law.force(np.maximum(approach[i], 0.0)))
-
-    @property
-    def dead_load(self) -> float:
-        """The preload, N, as a dead load on the first bead; zero if a piston or a structure bears it."""
-        borne = self.behind is not None or self.chain.excitation.drive.kind == MOVED
-        return 0.0 if borne else self.chain.preload
 
     @fact
     def static_force(self) -> Vector:
@@ -248,7 +234,9 @@ class MovingChain:
             if self.surface is None and abs(along) > 1e-12 * value:
                 raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
         weights = np.cumsum([bead.mass for bead in chain.beads])
-        static = np.append(chain.preload - self.dead_load, chain.preload + chain.gravity_along * weights)
+        # A piston or a structure bears the preload; without one it is a dead load on the first bead.
+        borne = self.behind is not None or chain.excitation.drive.kind == MOVED
+        static = np.append(borne * chain.preload, chain.preload + chain.gravity_along * weights)
         if static.min() < 0.0:
             least = chain.preload - static.min()
             raise ValueError(f"preload = {chain.preload!r}: must be at least {least:.4g} N to hold a chain that hangs")
@@ -261,18 +249,43 @@ class MovingChain:
 
     @fact
     def rest(self) -> Vector:
-        """The positions in static equilibrium, m, and then the memory of contacts that yield."""
-        approach = self.preload.copy()
-        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * self.static_force[[0, -1]]
-        places: Vector = np.cumsum(approach[::-1])[::-1].copy()
+        """The positions in static equilibrium, m, the amplitudes of modes, and the memory of contacts that yield."""
+        force, vibrations, approach = self.static_force, self.vibrations, self.preload.copy()
+        if self.local_laws is not self.laws:
+            for law, which in contacts.grouped(self.local_laws).items():
+                approach[which] = law.approach(force[which])
+        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * force[[0, -1]]
+        approach[1:] -= vibrations.cross[1:] * force[:-1]
+        approach[:-1] -= vibrations.cross[1:] * force[1:]
+        behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
+        stiffness = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
+        amplitude = (vibrations.struck * behind - vibrations.far * ahead) / stiffness
+        shortened = approach - (vibrations.far * amplitude).sum(axis=1)
+        shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
+        moving = np.append(np.cumsum(shortened[::-1])[::-1], amplitude.ravel())
         if self.yielding is None:
-            return places
-        return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))
+            return moving
+
+        # The memory: limits, stiffnesses and dents; see `Yielding`.
+        limit, hard, dent = np.full(force.size, NEVER), self.stiffness, np.zeros(force.size)
+        for i, (contact, overlap) in enumerate(zip(self.yielding, self.preload, strict=True)):
+            if contact is not None and contact.overlap < inf:
+                limit[i] = max(contact.overlap, overlap)
+                if overlap > contact.overlap:
+                    dent[i] = contact.dent(overlap)
+                    hard[i] = contact.force(overlap) / (overlap - dent[i]) ** 1.5
+        return np.concatenate([moving, limit, hard, dent])
+
+    def amplitudes(self, coordinates: Vector) -> Vector:
+        """Return amplitudes of modes from positions, or rates from velocities, times × bodies × modes."""
+        bodies, modes = self.vibrations.struck.shape
+        return coordinates[:, bodies : bodies * (1 + modes)].reshape(len(coordinates), bodies, modes)
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
         """Return the positions of the bodies' struck poles and other poles, m, saved times × bodies."""
-        places = position[:, : self.mass.size]
-        return places, places
+        place, amplitude = position[:, : self.mass.size], self.amplitudes(position)
+        struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
+        return place + struck, place + far
 
     @cached_property
     def energy(self) -> float:
@@ -288,13 +301,13 @@ class MovingChain:
     def _contact_times(self) -> Vector:
         """The time of each contact, s: of a collision, or half a period under preload; zero without a contact."""
         energy = 0.5 * self.reduced_mass * self.speed**2
-        deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
+        deepest = self.of_laws("overlap", energy)
         # For F = k δⁿ a collision takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times the deepest approach over the speed.
-        force = self._over_contacts(lambda law, i: law.force(deepest[i]))
+        force = self.of_laws("force", deepest)
         order = np.divide(energy, force * deepest, out=np.ones(force.size), where=force > 0.0)
         collision = deepest / self.speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
-        swing = self._over_contacts(lambda law, i: np.full(i.size, pi))
-        swing /= np.sqrt(np.maximum(self._tangent(self.preload) / self.reduced_mass, TINY))
+        there = np.array([0.0 if law is None else pi for law in self.laws])
+        swing = there / np.sqrt(np.maximum(self.of_laws("tangent", self.preload) / self.reduced_mass, TINY))
         return np.minimum(collision, swing)  # type: ignore[no-any-return]
 
     @cached_property
@@ -311,50 +324,63 @@ class MovingChain:
     @cached_property
     def _deepest_alone(self) -> Vector:
         """The deepest approach of each contact, m, if it stored the scale of energies alone."""
-        return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, self.energy)))
+        return self.of_laws("overlap", np.full(self.mass.size, self.energy))
 
     @cached_property
     def scales(self) -> tuple[float, float]:
         """The greatest force, N, and approach, m, of the last contact, or else the hardest, at that energy."""
         deepest = self._deepest_alone
-        force = self.force(deepest)
+        force = self.of_laws("force", deepest)
         contact = -1 if self.laws[-1] is not None else int(force.argmax())
         return float(force[contact]), float(deepest[contact])
 
     @cached_property
-    def damping_time(self) -> float:
-        """The shortest time, s, in which the loss would stop a contact."""
-        if (loss := self.chain.dissipation) is None:
-            return inf
-        deepest = self._deepest_alone + self.preload
-        secant = self.force(deepest) / np.maximum(deepest, TINY)
-        fastest = float(np.max(loss.rates(self.reduced_mass, self._tangent(deepest), secant, self.speed)))
-        return 1.0 / fastest if fastest > 0.0 else inf
+    def strongest_loss(self) -> StrongestLoss:
+        """The loss that would stop a contact or a vibration in the shortest time."""
+        at_contacts = in_bodies = inf
+        if (loss := self.chain.dissipation) is not None:
+            deepest = self._deepest_alone + self.preload
+            tangent, force = self.of_laws("tangent", deepest), self.of_laws("force", deepest)
+            rates = loss.rates(self.reduced_mass, tangent, force / np.maximum(deepest, TINY), self.speed)
+            if (fastest := float(np.max(rates))) > 0.0:
+                at_contacts = 1.0 / fastest
+            # The poles of bodies that vibrate are lighter than the bodies.
+            inverse, struck, far = 1.0 / self.reduced_mass, self.vibrations.struck, self.vibrations.far
+            behind, ahead = (far**2).sum(axis=1), np.append((struck**2).sum(axis=1)[1:], 0.0)
+            at_contacts *= float((inverse / (inverse + behind + ahead)).min())
+        if (fastest := float(self.vibrations.rate.max(initial=0.0))) > 0.0:
+            in_bodies = 1.0 / fastest
+        name = "dissipation" if at_contacts <= in_bodies else "damping"
+        argument = f"{name} = {short(getattr(self.chain, name))}"
+        return StrongestLoss(argument, at_contacts <= in_bodies, min(at_contacts, in_bodies))
 
-    @property
-    def strongest_loss(self) -> tuple[str, bool]:
-        """The argument of the loss that determines `damping_time`, and whether it is a loss at contacts."""
-        return f"dissipation = {short(self.chain.dissipation)}", True
+    @cached_property
+    def shortest_period(self) -> float:
+        """The shortest period of the bodies' vibrations, s."""
+        fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
+        return 2.0 * pi / fastest if fastest > 0.0 else inf
 
     @property
     def stable_step(self) -> float:
         """The longest stable step, s, if one contact stores all of the energy."""
-        fastest = np.sqrt(2.0 * self._tangent(self._deepest_alone + self.preload) / self.reduced_mass).max()
-        return min(2.0 / float(fastest), 2.0 * self.damping_time)
+        stiffest = self.of_laws("tangent", self._deepest_alone + self.preload)
+        fastest = float(np.sqrt(2.0 * stiffest / self.reduced_mass).max())
+        return min(2.0 / fastest, 2.0 * self.strongest_loss.time, 0.9 * self.shortest_period / pi)
 
     @cached_property
     def longest_step(self) -> float:
         """The default step, s. A fineness below 1 does not lengthen the steps for strong losses and vibrations."""
-        by_loss = self.damping_time / (STEPS_PER_DAMPING * max(self.fineness, 1.0))
-        return min(self.contact_time / (STEPS_PER_CONTACT * self.fineness), by_loss)
+        finer = max(self.fineness, 1.0)
+        by_loss, by_period = self.strongest_loss.time / (STEPS_PER_DAMPING * finer), self.shortest_period / (30 * finer)
+        return min(self.contact_time / (STEPS_PER_CONTACT * self.fineness), by_loss, by_period)
 
     def steps(self, window: float) -> int:
         """Return the number of steps in a window."""
         step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
         if count * self.mass.size > 1e13:  # takes hours
-            by_loss = self.strongest_loss[0] if self.damping_time < self.contact_time else f"until = {window:.3g}"
-            name = by_loss if self.dt is None else f"dt = {step:.3g}"
+            loss, asked = self.strongest_loss, f"until = {window:.3g}" if self.dt is None else f"dt = {step:.3g}"
+            name = loss.argument if self.dt is None and loss.time < self.contact_time else asked
             raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; must take fewer")
         return max(1, ceil(count))
 
@@ -374,15 +400,11 @@ class MovingChain:
         contact, moved = np.zeros(np.size(motion[0]), kernels.TRIED), np.zeros(1, kernels.MOVED)
         contact["start"], contact["surface"] = motion
         kernels.advance_chains(
-            self.model, state.position, state.velocity, y, v, self.work_space(), state.time, window, contact,
-            pace_of(self.model, [self.steps(window)], y.size), moved, False,
+            self.model, state.position, state.velocity, y, v, np.zeros((kernels.WORK_ROWS, y.size)), state.time,
+            window, contact, pace_of(self.model, [self.steps(window)], y.size), moved, False,
         )  # fmt: skip
         lost, driven = moved[0].tolist()
         end = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
         if self.behind is None:
             return end, float(contact["answer"][0] - self.static_force[-1])
         return end, contact["answer"] - self.static_force[[-1, 0]]
-
-    def work_space(self) -> Vector:
-        """Return the work space for the compiled loops."""
-        return np.zeros((kernels.WORK_ROWS, self.rest.size))

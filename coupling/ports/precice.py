@@ -17,7 +17,7 @@ from coupling.results.schema import run_coordinates, variable
 from coupling.run_checks import check_guest
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
-from particles.kernels.motion import forces_of_chains
+from particles.kernels.motion import WORK_ROWS, forces_of_chains
 from particles.moving import ChainState, MovingChain
 from structures.checks import count_of, each, finite, instance, one_of, positive, short
 from structures.moving import MovingStructure
@@ -170,7 +170,7 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
     position, velocity = (np.array([getattr(chain, name) for chain in chains]) for name in ("position", "velocity"))
     surface, times = np.array(surfaces), np.array([chain.time for chain in chains])
     moved, size = np.diff(surface, prepend=0.0), moving.mass.size
-    force, work = np.zeros((len(steps), size)), moving.work_space()
+    force, work = np.zeros((len(steps), size)), np.zeros((WORK_ROWS, moving.rest.size))
     for row, (at, rate) in enumerate(zip(surface, moved / spans, strict=True)):
         state = moving.model, position[row], velocity[row], times[row]
         forces_of_chains(*state, np.array([at]), np.array([rate]), np.arange(size), force[row], work)

@@ -266,7 +266,7 @@ class Records:
                 (contacts, bodies), chain, saved = self.kept, interface.chains[0], frames.chains[0]
                 self.yields = self.yields or bool(chain.yielding)
                 self.static[i] = chain.static_force[contacts]
-                self.centre[i] = chain.once("centres", lambda: chain.chain.centres)[bodies]
+                self.centre[i] = chain.once("centres", lambda chain: chain.chain.centres)[bodies]
                 self.force[i], self.velocity[i] = saved.force[:, contacts], saved.velocity
                 self.energy[i] = chain.chain.impact_energy
             except POINT_ERRORS as error:

@@ -5,13 +5,12 @@ The contact's law contains the compliance at the pushed pole. The compliance at 
 """
 
 from functools import cached_property, lru_cache
-from math import ceil, inf, log2, pi
+from math import ceil, log2
 from typing import Annotated, Any
 
 import numpy as np
 
 from particles.chain import Chain
-from particles.contacts import grouped
 from particles.deformable.vibration import Vibration, vibration
 from particles.kernels.vibrations import Vibrations
 from particles.laws.axisymmetric import computed_law
@@ -20,7 +19,7 @@ from particles.laws.formulas import NARROWEST, SAMPLES, law_of_bodies
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
-from structures.checks import short
+from structures.checks import instance
 from structures.damping import Viscous
 from structures.described import described
 from structures.quantities import Asks, Count
@@ -60,12 +59,11 @@ class DeformableChain(Chain):
         super().__post_init__()
         if isinstance(self.law, YieldingLaw):
             raise ValueError(f"law = {self.law!r}: must not yield in a DeformableChain; give a Chain")
-        if not isinstance(self.damping, Viscous | None):
-            raise ValueError(f"damping = {short(self.damping)}: must be hl.damping.Modal(ratio) or Rayleigh")
         if self.damping is not None:
+            instance("damping", self.damping, Viscous, "hl.damping.Modal(ratio) or Rayleigh")
             self.damping.of_modes(np.ones(1))  # refuses damping that is for structures only
-        if self.damping is not None and self.modes == 1:
-            raise ValueError("damping: must be None for modes = 1, as there are no vibrations to damp")
+            if self.modes == 1:
+                raise ValueError("damping: must be None for modes = 1, as there are no vibrations to damp")
         for i, bead in enumerate(self.beads):
             body_of(bead, 1.0, f"beads[{i}]")
         if self.body is not None:
@@ -127,64 +125,6 @@ class MovingDeformableChain(MovingChain):
         beads = sum(bead.mass for bead in self.chain.beads)
         static = self.chain.preload + abs(self.chain.gravity_along) * beads
         return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
-
-    @cached_property
-    def rest(self) -> Vector:
-        force, vibrations = self.static_force, self.vibrations
-        behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
-        rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
-        amplitude = (vibrations.struck * behind - vibrations.far * ahead) / rates
-        approach = np.zeros_like(force)
-        for law, which in grouped(self.local_laws).items():
-            approach[which] = law.approach(force[which])
-        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * force[[0, -1]]
-        approach[1:] -= vibrations.cross[1:] * force[:-1]
-        approach[:-1] -= vibrations.cross[1:] * force[1:]
-        shortened = approach - (vibrations.far * amplitude).sum(axis=1)
-        shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
-        return np.concatenate([np.cumsum(shortened[::-1])[::-1], amplitude.ravel()])
-
-    @cached_property
-    def _damping_times(self) -> tuple[float, float]:
-        """Times in which losses stop a contact, whose poles are lighter than the bodies, and a vibration, s."""
-        vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
-        behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
-        in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
-        fastest = float(vibrations.rate.max(initial=0.0))
-        return in_contacts, 1.0 / fastest if fastest > 0.0 else inf
-
-    @property
-    def damping_time(self) -> float:  # type: ignore[override]
-        return min(self._damping_times)
-
-    @property
-    def strongest_loss(self) -> tuple[str, bool]:
-        in_contacts, in_bodies = self._damping_times
-        return super().strongest_loss if in_contacts <= in_bodies else (f"damping = {short(self.chain.damping)}", False)
-
-    @cached_property
-    def shortest_period(self) -> float:
-        """The shortest period of the beads' modes, s."""
-        fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
-        return 2.0 * pi / fastest if fastest > 0.0 else inf
-
-    @property
-    def stable_step(self) -> float:
-        return min(super().stable_step, 0.9 * self.shortest_period / pi)
-
-    @cached_property
-    def longest_step(self) -> float:
-        return min(super().longest_step, self.shortest_period / (30 * max(self.fineness, 1.0)))
-
-    def amplitudes(self, coordinates: Vector) -> Vector:
-        """Return amplitudes of modes from positions, or rates from velocities, times × bodies × modes."""
-        bodies, modes = self.vibrations.struck.shape
-        return coordinates[:, bodies : bodies * (1 + modes)].reshape(len(coordinates), bodies, modes)
-
-    def poles(self, position: Vector) -> tuple[Vector, Vector]:
-        place, amplitude = position[:, : self.mass.size], self.amplitudes(position)
-        struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
-        return place + struck, place + far
 
     def section_force(self, contact_force: Vector, position: Vector, velocity: Vector) -> Vector:
         """Return the compressive force through the central section of each body, N, by the struck half's momentum."""

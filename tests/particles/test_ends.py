@@ -53,11 +53,8 @@ def run(
 
 
 def energy(moving: MovingChain, state: ChainState, surfaces: Vector) -> float:
-    return float(
-        sum(
-            kernels.energies_of_chain(moving.model, 0, state.position, state.velocity, surfaces[0], moving.work_space())
-        )
-    )
+    work = np.zeros((kernels.WORK_ROWS, state.position.size))
+    return float(sum(kernels.energies_of_chain(moving.model, 0, state.position, state.velocity, surfaces[0], work)))
 
 
 def moving_chain(

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 import hertzlink as hl
 from particles.deformable.deformable_chain import MovingDeformableChain
 from particles.deformable.vibration import vibration
-from particles.kernels.motion import energies_of_chain
+from particles.kernels.motion import WORK_ROWS, energies_of_chain
 from particles.laws.axisymmetric import computed_law
 from particles.moving import ChainState
 
@@ -44,7 +44,8 @@ def free_mode(loss: hl.damping.Viscous, until: float, steps: int) -> tuple[compl
 
 
 def _energies(side: MovingDeformableChain, state: ChainState) -> tuple[float, float]:
-    kinetic, potential = energies_of_chain(side.model, 0, state.position, state.velocity, 0.0, side.work_space())
+    work = np.zeros((WORK_ROWS, state.position.size))
+    kinetic, potential = energies_of_chain(side.model, 0, state.position, state.velocity, 0.0, work)
     return float(kinetic), float(potential)
 
 
