@@ -34,11 +34,7 @@ class Dissipation(ABC):
     """
 
     piece: str | type  # the form of the force
-
-    @property
-    def exponent(self) -> float:
-        """Power α of the rate; 1 unless a subclass defines it."""
-        return 1.0
+    exponent: float = 1.0  # power α of the rate
 
     @abstractmethod
     def coefficients(self, mass: Vector) -> Vector:
@@ -228,20 +224,16 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
     form: Any = np.zeros(present.size, np.int64)
     exponent = np.ones(present.size)
     coefficient, drag_rate, on_body = np.zeros((3, present.size))
+    on_bodies: dict[Any, Any] = {"drag": (drag_rate, free), "bodies": (on_body, free)}
     begin = 0
     for loss, mass in losses:
         place, begin = slice(begin, begin + mass.size), begin + mass.size
         if loss is None:
             continue
-        coefficients, exponent[place] = coefficients_of(loss, mass), loss.exponent
-        at_contacts, on_bodies = np.where(present[place], coefficients, 0.0), np.where(free[place], coefficients, 0.0)
-        if loss.piece == "drag":
-            drag_rate[place] = on_bodies
-        elif loss.piece == "bodies":
-            on_body[place] = on_bodies
-        else:
-            coefficient[place] = at_contacts
-            form[place] = CONTACT_PIECES.index(loss.piece) if loss.piece in CONTACT_PIECES else 0
+        target, where = on_bodies.get(loss.piece, (coefficient, present))
+        target[place], exponent[place] = np.where(where[place], coefficients_of(loss, mass), 0.0), loss.exponent
+        if loss.piece in CONTACT_PIECES:
+            form[place] = CONTACT_PIECES.index(loss.piece)
 
     # A user's own piece has one coefficient for each contact; its other numbers are the same for all contacts.
     pieces: list[Any] = [loss.piece for loss in given if not isinstance(loss.piece, str)]

@@ -13,7 +13,6 @@ from particles.kernels.drives import FREE, MOVED, PUSHED, STEADY
 from structures.checks import finite, listed, short
 from structures.described import described
 from structures.quantities import Coordinate, Force, Likely, Moment
-from structures.structure import Vector
 from structures.surface import Surface
 
 STILL = 1e-2  # m/s, the scale of speeds in a chain at rest
@@ -124,21 +123,17 @@ class SpringLoaded(Excitation):
 
     @property
     def drive(self) -> Drive:
-        return Drive(FREE, spring=self.stiffness, left=self.left)
-
-    @property
-    def left(self) -> float:
-        return max(self.compression - float(self.travel or 0.0), 0.0)
+        return Drive(FREE, spring=self.stiffness, left=max(self.compression - float(self.travel or 0.0), 0.0))
 
     def speed(self, gravity: float) -> float:
-        spring = self.stiffness * (self.compression**2 - self.left**2) / self.striker.mass
+        spring = self.stiffness * (self.compression**2 - self.drive.left**2) / self.striker.mass
         square = spring + 2.0 * gravity * float(self.travel or 0.0)
         if square <= 0.0:
             raise ValueError(f"stiffness = {self.stiffness!r}: must be larger, as the striker does not reach the chain")
         return sqrt(square)
 
     def energy(self, mass: float, gravity: float) -> float:
-        return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.left**2
+        return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.drive.left**2
 
 
 class _History(Excitation):
@@ -163,15 +158,11 @@ class _History(Excitation):
         return f"{type(self).__name__}({len(self.time)} points up to {self.time[-1]:.4g} s, {largest:.4g} {self.unit})"
 
     @property
-    def history(self) -> Vector:
+    def drive(self) -> Drive:
         from scipy.interpolate import PchipInterpolator
 
         values = getattr(self, self.values)
-        return np.array([self.time, values, PchipInterpolator(self.time, values)(self.time, 1)])
-
-    @property
-    def drive(self) -> Drive:
-        return Drive(self.kind, self.history)
+        return Drive(self.kind, (self.time, values, PchipInterpolator(self.time, values)(self.time, 1)))
 
 
 @described
@@ -194,7 +185,7 @@ class PushedBead(_History):
 
     def energy(self, mass: float, gravity: float) -> float:
         """Return the energy of the first bead with the impulse of the history."""
-        times, values, _ = self.history
+        times, values, _ = self.drive.history
         impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
         impulse = impulse or float(np.abs(values).max() * times[-1])
         return 0.5 * impulse * impulse / mass
@@ -229,7 +220,7 @@ class Piston(_History):
 
     def energy(self, mass: float, gravity: float) -> float:
         """Return the energy of the first bead at twice the greatest speed of the piston."""
-        times, values, rates = self.history
+        times, values, rates = self.drive.history
         fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2
 

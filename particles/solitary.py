@@ -4,6 +4,7 @@
 Equation numbers are those of Khatri's thesis. The docstrings state the differences from a chain of point masses.
 """
 
+from functools import partial
 from math import pi, sqrt
 from typing import Annotated, Any, TypeVar
 
@@ -16,6 +17,7 @@ from structures.quantities import Quantity
 from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
+_given: Any = partial(each, not_negative)
 HERTZ = 1.5  # exponent of Hertz's law F = k δ^1.5
 PARTICLE_TO_STRIKER_SPEED = 0.682
 """Ratio of a particle's greatest speed to the speed of an equal striker, for Hertz's law (6.16; Chatterjee 1999)."""
@@ -121,7 +123,3 @@ class UniformChain:
         if self.exponent <= 1.0:
             raise ValueError(f"exponent = {self.exponent!r}: must be greater than 1 for a solitary wave")
         return self.exponent
-
-
-def _given(name: str, value: Any, unit: str) -> Any:
-    return each(not_negative, name, value, unit)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from skfem import ElementQuad2
 
-from particles.deformable.vibration import Section, hung, lowest_modes, mode_spacing, vibration
+from particles.deformable.vibration import halves, hung, lowest_modes, mode_spacing, vibration
 from particles.laws.axisymmetric_mesh import INTEGRATION_ORDER, WIDEST_CONTACT, body_of, cells, graded
 from structures.bodies.elastic_field import ElasticSampler
 from structures.field import Grid
@@ -47,15 +47,15 @@ class BeadField:
         across = np.append(even[:-1], even[-1] + graded(width - even[-1], finest, largest=coarsest))
         down = graded(height, finest, largest=coarsest)
         mesh, along, depth = cells(across, down, lambda along, depth: body.place(along, depth) * [[1.0], [-1.0]])
-        section = Section(mesh, along, depth / body.half, body.material, bead.mass)
+        # Both kinds of halves.
+        opposite, together, axial = halves(mesh, along, depth / body.half, body.material, bead.mass)
+        self.halves, self.solves = (opposite, together), (factorise(opposite.stiffness), hung(together))
         surface = np.flatnonzero((depth == 0.0) & (along <= BEYOND * WIDEST_CONTACT * body.radius))
         surface = surface[np.argsort(along[surface])]
         surface = surface[: surface.size - 1 + surface.size % 2]
-        self.radii, self.pressed = along[surface], section.along[surface]
+        self.radii, self.pressed = along[surface], axial[surface]
 
-        # Both kinds of halves, with the modes of each.
-        opposite, together = section.half(opposite=True), section.half(opposite=False)
-        self.halves, self.solves = (opposite, together), (factorise(opposite.stiffness), hung(together))
+        # The modes of each half.
         self.vibration = vibration(bead, modes)
         symmetric = np.signbit(self.vibration.far)
         count = int(np.count_nonzero(symmetric))

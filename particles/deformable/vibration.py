@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from particles.laws.axisymmetric_mesh import Spheroid, body_of, cells, motions
+from particles.laws.axisymmetric_mesh import Spheroid, Whole, body_of, cells, motions
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.linear_algebra.factor import factorise
 from structures.material import Material
@@ -59,13 +59,11 @@ def vibration(bead: Any, modes: int) -> Vibration:
     longest = max(body.radius, body.half) / mode_spacing(body, modes) * (1.0 - 1e-9)
     rows, columns = max(ceil(longest * (1.0 - body.hollow)), FEWEST), max(ceil(0.5 * pi * longest), FEWEST)
 
-    def place(angle: Vector, depth: Vector) -> Vector:
-        """Cells of uniform size on each circle about the centre, whose depth is 1."""
-        return np.stack([body.radius * (1.0 - depth) * np.sin(angle), -body.half * (1.0 - depth) * np.cos(angle)])
-
+    # Cells of uniform size on each circle about the centre, whose depth is 1.
     across, down = np.linspace(0.0, 0.5 * pi, columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1)
-    section = Section(*cells(across, down, place), body.material, bead.mass)
-    opposite, together = section.half(opposite=True), section.half(opposite=False)
+    size = np.array([[body.radius], [-body.half]])
+    mesh = cells(across, down, lambda angle, depth: size * (1.0 - depth) * [np.sin(angle), np.cos(angle)])
+    opposite, together, _ = halves(*mesh, body.material, bead.mass)
 
     # For each mode: ω², motion of the pole, momentum, and the sign of the other pole's motion.
     found = []
@@ -111,35 +109,32 @@ class Half(NamedTuple):
     spread: sparse.csr_array  # from these to all degrees of freedom of the half
 
 
-class Section:
-    """The half-plane (r, z) of the struck half of a bead; z runs along the chain from the mid-plane.
+def halves(mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> tuple[Half, Half, Whole]:
+    """Return the struck half with poles that move in opposite directions, and with poles that move together.
 
-    angle, depth: positions of the nodes, from 0 at the pole; depth 1 is the centre. mass: of the whole bead, kg.
+    In the first case the mid-plane slides sideways. The third result numbers all motions along the chain. mesh: the
+    half-plane (r, z); z runs along the chain from the mid-plane. angle, depth: positions of the nodes, from 0 at the
+    pole; depth 1 is the centre. mass: of the whole bead, kg.
     """
-
-    def __init__(self, mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> None:
-        self.angle = angle
-        basis, self.across, self.along = motions(mesh)
-        self.centre, self.pole = depth == 1.0, int(np.flatnonzero((angle == 0.0) & (depth == 0.0))[0])
-        unscaled, self.stiffness = body_matrices(basis, [material], np.zeros(mesh.nelements, dtype=np.int64))
-        self.mass = unscaled * (0.5 * mass / unscaled[self.along][:, self.along].sum())
-
-    def half(self, opposite: bool) -> Half:
-        """Return the half with poles that move in opposite directions, whose mid-plane slides sideways, or together."""
-        axis, middle = self.angle == 0.0, self.angle == self.angle.max()
-        held = [self.across[axis | self.centre], self.along[middle | self.centre] if opposite else self.across[middle]]
-        # All nodes at the centre of a solid bead are at the same place, so they move together.
-        joined = np.arange(self.mass.shape[0])
-        joined[self.along[self.centre]] = self.along[self.centre].min(initial=joined.size)
-        free = np.setdiff1d(joined, np.concatenate(held))
+    basis, across, along = motions(mesh)
+    unscaled, stiffness = body_matrices(basis, [material], np.zeros(mesh.nelements, dtype=np.int64))
+    scaled = unscaled * (0.5 * mass / unscaled[along][:, along].sum())
+    axis, centre, middle = angle == 0.0, depth == 1.0, angle == angle.max()
+    # All nodes at the centre of a solid bead are at the same place, so they move together.
+    joined = np.arange(scaled.shape[0])
+    joined[along[centre]] = along[centre].min(initial=joined.size)
+    found = []
+    for held in (along[middle | centre], across[middle]):
+        free = np.setdiff1d(joined, np.append(across[axis | centre], held))
         moving = np.flatnonzero(np.isin(joined, free))
         places = np.searchsorted(free, joined[moving])
         spread = sparse.csr_array((np.ones(moving.size), (moving, places)), shape=(joined.size, free.size))
         # From the whole mass matrix, because nodes of the mid-plane that are held carry momentum of moving cells.
-        weight = spread.T @ self.mass[:, self.along].sum(axis=1)
-        pole = int(np.searchsorted(free, self.along[self.pole]))
-        mass, stiffness = (spread.T @ matrix @ spread for matrix in (self.mass, self.stiffness))
-        return Half(mass, stiffness, np.isin(free, self.along).astype(float), weight, pole, spread)
+        weight = spread.T @ scaled[:, along].sum(axis=1)
+        pole = int(np.searchsorted(free, along[axis & (depth == 0.0)][0]))
+        of_mass, of_stiffness = (spread.T @ matrix @ spread for matrix in (scaled, stiffness))
+        found.append(Half(of_mass, of_stiffness, np.isin(free, along).astype(float), weight, pole, spread))
+    return found[0], found[1], along
 
 
 def lowest_modes(half: Half, count: int, body: Spheroid) -> tuple[Vector, Vector]:

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import numpy as np
 
-from particles.bead import Bead, HollowSphere, check_bead, surface_of
+from particles.bead import Bead, HollowSphere, surface_of
 from particles.laws.axisymmetric_mesh import WIDEST_CONTACT, Spheroid, body_of, surface_compliance
-from particles.laws.formulas import SMALL_CONTACT, check_bodies, contact_law, sharpest_curvatures
+from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
 from structures.caution import caution
 from structures.checks import within
@@ -69,8 +69,7 @@ def computed_law(
     >>> hl.laws.computed_law(bead, max_force=50.0, spacing=20e-6).name
     'finite elements'
     """
-    second = check_bead("first", first, "a body") if second is None else second
-    check_bodies(first, second)
+    second = first if second is None else second
     if (max_force is None) == (max_approach is None):
         raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: must be one of them")
     contact = _Contact(first, second)
@@ -119,7 +118,16 @@ class _Contact:
         fine = self.steps(approach, size) if size * FEWEST <= radius else None
         if fine is None or fine[0][0] >= approach:
             raise ValueError(f"spacing = {size:.3g} m: must be smaller, such as {radius / ELEMENTS:.3g} m")
-        (approaches, forces), error = fine, self._error(fine, approach, size)
+        approaches, forces = fine
+
+        # The largest relative error of the force, from the order of convergence of coarser meshes, 1 to 2. If they are
+        # too coarse to show an order, it is the whole difference.
+        coarse, coarsest = (self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0))
+        by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
+        near, far = np.abs(by_coarse - forces) / forces, np.abs(by_coarsest - by_coarse) / forces
+        common = approaches >= coarsest[0][0]
+        order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
+        error = float(near.max()) / (2.0 ** min(max(order, 1.0), 2.0) - 1.0 if order == order else 1.0)
         doubts = []
         if radius * self.sharpest > SMALL_CONTACT:
             doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for the theory of small strains")
@@ -136,20 +144,6 @@ class _Contact:
         below = self.hertz.approach(first) + softness * first
         points = np.append(below, approaches), np.append(first, forces)
         return ComputedLaw(*points, "finite elements", words, approach, float(approaches[0]), error)  # type: ignore[arg-type]
-
-    def _error(self, fine: Points, approach: float, size: float) -> float:
-        """Return the largest relative error of the force, from the order of convergence of coarser meshes, 1 to 2.
-
-        If they are too coarse to show an order, the error is the whole difference.
-        """
-        coarse, coarsest = (self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0))
-        approaches, forces = fine
-        by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
-        near, far = np.abs(by_coarse - forces) / forces, np.abs(by_coarsest - by_coarse) / forces
-        common = approaches >= coarsest[0][0]
-        order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
-        gain = 2.0 ** min(max(order, 1.0), 2.0) if order == order else 2.0
-        return float(near.max()) / (gain - 1.0)
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
         """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and the forces, N.

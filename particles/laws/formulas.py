@@ -43,7 +43,9 @@ def contact_law(first: Bead, second: Bead | Surface) -> ContactLaw:
     >>> hl.contact_law(hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Surface(hl.PTFE)).name
     'Hertz, round contact'
     """
-    check_bodies(first, second)
+    check_bead("first", first, "a body")
+    if not isinstance(second, Surface):
+        check_bead("second", second, "a body or a Surface")
     return law_of_bodies(first, second)
 
 
@@ -58,13 +60,6 @@ def law_of_bodies(first: Bead, second: Bead | Surface) -> ContactLaw:
     if law.caution:
         caution(f"contact law: {law.caution}")
     return law
-
-
-def check_bodies(first: Any, second: Any) -> None:
-    """Raise a ValueError unless these are a Bead, and a Bead or Surface."""
-    check_bead("first", first, "a body")
-    if not isinstance(second, Surface):
-        check_bead("second", second, "a body or a Surface")
 
 
 def _law(first: Bead, second: Bead | Surface) -> ContactLaw:

@@ -80,7 +80,10 @@ class YieldingLaw(ABC):
         flat, sharp = relative_curvatures(surface, facing)
         if not isinstance(law, PowerLaw) or law.exponent != HERTZ or sharp > NEARLY_ROUND_CONTACT * flat:
             raise ValueError(f"law = {short(self)}: must be for solid bodies with a round contact, not {law.name}")
-        return _yielding(self, (flat * sharp) ** -0.5, contact_modulus(surface, facing), material, strength, law)
+        with collected():  # the user has been warned of an improbable strength
+            pressure = yield_pressure(replace(material, yield_strength=strength))
+        bodies = RoundContact((flat * sharp) ** -0.5, contact_modulus(surface, facing), material, strength, pressure)
+        return _kept_contact(self, bodies, law)
 
 
 @described
@@ -182,17 +185,15 @@ class YieldingContact:
 
     def loading(self, overlap: Vector) -> Vector:
         """Return the force, N, at overlaps beyond yield that are the largest so far, m."""
-        return self.yield_force * (1.0 + self.law.loading(self.bodies, self._beyond(overlap)))
+        beyond = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
+        return self.yield_force * (1.0 + self.law.loading(self.bodies, beyond))
 
     def dent(self, largest: Vector) -> Vector:
         """Return the dent δ_r, m, after a largest overlap, m."""
         if self.overlap == inf:
             return np.zeros_like(largest, float)
-        return np.asarray(self.overlap * self.law.dent(self.bodies, self._beyond(largest)))
-
-    def _beyond(self, overlap: Vector) -> Vector:
-        excess: Vector = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
-        return excess
+        beyond = np.maximum(np.asarray(largest, float) / self.overlap - 1.0, 0.0)
+        return np.asarray(self.overlap * self.law.dent(self.bodies, beyond))
 
     def force(self, overlap: Vector, largest: Vector = 0.0) -> Vector:  # type: ignore[assignment]
         """Return the force, N, at overlaps, m, after an earlier largest overlap, m."""
@@ -223,6 +224,9 @@ class YieldingContact:
         return kernel_table(loading), kernel_table(dent)
 
 
+_kept_contact = lru_cache(maxsize=256)(YieldingContact)  # with its tables: thousands of runs have the same beads
+
+
 @dataclass(frozen=True)
 class _Curve(ContactLaw):
     """A function of the overlap beyond yield, m, in the form for `kernel_table`."""
@@ -231,13 +235,3 @@ class _Curve(ContactLaw):
 
     def force(self, approach: Vector) -> Vector:
         return self.of(np.asarray(approach))
-
-
-@lru_cache(maxsize=256)
-def _yielding(
-    law: YieldingLaw, radius: float, modulus: float, material: Material, strength: float, elastic: PowerLaw
-) -> YieldingContact:
-    """Return the contact; it is kept with its tables, because thousands of runs have the same beads."""
-    with collected():  # the user has been warned of an improbable strength
-        pressure = yield_pressure(replace(material, yield_strength=strength))
-    return YieldingContact(law, RoundContact(radius, modulus, material, strength, pressure), elastic)
