@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from coupling.inference.identification import LINE, as_text
 from coupling.results.sensor_trace import is_inverted
 from coupling.signals.overview import COLOURED, SILENT, Look, Overview
+from hertzlink.output import REMARKS
 from hertzlink.reports import default_style
 from structures.checks import count_of
 from structures.units import readable
@@ -22,9 +23,6 @@ COARSE = 1e-4
 
 OURS = "Written by hertzlink signal"
 """The remark inside a picture. A picture with it may be replaced."""
-
-REMARKS = {".png": "Comment", ".svg": "Description", ".pdf": "Subject"}
-"""Formats of pictures, and the entry of their metadata that holds the remark."""
 
 
 def table(seen: Overview) -> str:
@@ -86,7 +84,7 @@ def remarks(look: Look, first: Look) -> Iterator[str]:
         yield f"only {count_of(round(span / step), 'step')} of the digitiser: use a narrower range"
 
 
-def drawn(seen: Overview, suffix: str) -> bytes:
+def drawn(seen: Overview, form: str) -> bytes:
     """Return a picture of the channels, one above the other."""
     looks, content = seen.looks[:SHOWN], BytesIO()
     with default_style():
@@ -97,5 +95,5 @@ def drawn(seen: Overview, suffix: str) -> bytes:
             axis.set_ylabel(f"{look.name[:20] or f'column {look.column}'}\n{look.unit}")
             axis.grid(alpha=0.3)
         axes[-1].set_xlabel("time, ms")
-        figure.savefig(content, format=suffix[1:], dpi=120, metadata={REMARKS[suffix]: OURS})
+        figure.savefig(content, format=form, dpi=120, metadata={REMARKS[form]: OURS})
     return content.getvalue()

@@ -18,7 +18,7 @@ import click
 
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
-from hertzlink.output import WRONG_INPUT, check_output, complain, delivered, printable, say, set_up
+from hertzlink.output import REMARKS, WRONG_INPUT, check_output, complain, delivered, printable, say, set_up
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -46,7 +46,7 @@ WITH = click.option(
 )  # fmt: skip
 FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
 FIGURES = click.option(
-    "--figures", "form", type=click.Choice(["png", "svg", "pdf"]), help="Also write the figures of the report as files."
+    "--figures", "form", type=click.Choice([*REMARKS]), help="Also write the figures of the report as files."
 )
 JOBS = click.option(
     "--jobs", metavar="NUMBER", type=click.IntRange(min=1), help="Number of processes; by default one for each core."
@@ -160,7 +160,8 @@ def write_results(
 
     with delivered(folder, force, text) as into:
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        for file, content in {"table.txt": printable(text) + "\n", "case.toml": case.to_toml(), **done.files}.items():
+        files = {"table.txt": printable(text) + "\n", "case.toml": case.to_toml(), **done.others}
+        for file, content in (files | {table.file: table.csv() for table in done.tables}).items():
             (into / file).write_text(content, encoding="utf-8")
         try:
             page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hertzlink.cli import FORCE, of_case, output_option
-from hertzlink.output import check_output, delivered, say, write_file
+from hertzlink.output import REMARKS, check_output, delivered, say, write_file
 from structures.checks import existing
 from structures.quantities import Likely
 from structures.units import NUMBER
@@ -37,15 +37,15 @@ def show_signal(
     from coupling.signals.channels import Sampling
     from coupling.signals.overview import overview
     from hertzlink.cases.reader import number
-    from hertzlink.channels import OURS, REMARKS, as_options, drawn, table
+    from hertzlink.channels import OURS, as_options, drawn, table
 
     if file.suffix == ".toml":
         raise ValueError(f"{file}: is a case; give the file of a scope or recorder")
     name = picture or Path(f"{file.stem}-signal.png")
     foreign = name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes())
-    if foreign or name.suffix not in REMARKS:
+    if foreign or name.suffix[1:] not in REMARKS:
         why = "exists already, and hertzlink did not write it; give another name"
-        raise ValueError(f"--picture {name}: " + (why if foreign else f"must end with {', '.join(REMARKS)}"))
+        raise ValueError(f"--picture {name}: " + (why if foreign else f"must end with .{', .'.join(REMARKS)}"))
     plain = NUMBER.fullmatch(interval or "")
     text = f"{interval} s" if plain and not plain[2] else interval
     seconds = None if interval is None else number(text, Likely.TIME, ("--interval",))
@@ -54,7 +54,7 @@ def show_signal(
     except ValueError as error:
         raise ValueError(as_options(str(error))) from error
     say(table(seen))
-    write_file(name, drawn(seen, name.suffix))
+    write_file(name, drawn(seen, name.suffix[1:]))
     say(f"written: {name}")
 
 

@@ -21,6 +21,9 @@ from structures.caution import HertzlinkWarning
 WRONG_INPUT = 2
 """Exit code for input that cannot be used."""
 
+REMARKS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
+"""Formats of figures, and the entry of their metadata that holds a remark."""
+
 LISTING = "files.txt"
 """The file in a folder of results that lists the others with their SHA-256, as the program sha256sum does."""
 

@@ -83,11 +83,6 @@ class Answer:
         title = [fill(self.title, WIDTH), ""] if self.title else []
         return "\n".join([*title, *self.tables[0].lines(), *self.below])
 
-    @property
-    def files(self) -> dict[str, str]:
-        """The files by name."""
-        return {table.file: table.csv() for table in self.tables} | self.others
-
 
 def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> Answer:
     """Return the tables of a task's result. yielded: the result with a law of yielding."""

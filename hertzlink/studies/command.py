@@ -10,19 +10,16 @@ from coupling.results.findings import findings_of, one_of_each, warn, with_warni
 from coupling.results.hdf5 import read_netcdf
 from coupling.results.provenance import provenance, stored
 from hertzlink.cli import FORCE, JOBS, Listing, output_option
-from hertzlink.output import check_output, delivered
+from hertzlink.output import REMARKS, check_output, delivered
 from hertzlink.studies import STUDIES, captions, draw, study
 from hertzlink.studies.compare import HEAD, Row, answer, compare, table
 from structures.caution import collected
 from structures.checks import nearest
 
 QUICK = "quick run (--quick), for a first look only"  # The remark on all files of such a run.
-# Formats of figures, and the name under which their files hold a remark.
-FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
 FIGURES = click.option(
-    "--figures", "form", type=click.Choice([*FORMATS]), default="png", help="Format of the figures; by default png."
+    "--figures", "form", type=click.Choice([*REMARKS]), default="png", help="Format of the figures; by default png."
 )
-
 
 Found = tuple[list[Row], dict[str, draw.Figure]]
 
@@ -53,7 +50,7 @@ def write(
         for title, figure in figures.items():
             if remark:
                 figure.supxlabel(remark, x=0.99, ha="right", color="firebrick", fontsize="small")
-            figure.savefig(into / f"{title}.{form}", metadata={FORMATS[form]: remark} if remark else None)
+            figure.savefig(into / f"{title}.{form}", metadata={REMARKS[form]: remark} if remark else None)
 
         words, took = captions(name), data.attrs.get("time_taken")
         sketch, texts = sketch_and_input(data)

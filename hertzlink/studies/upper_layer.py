@@ -32,7 +32,6 @@ def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
     values = {
         "amplitude_ratio": restitution**1.2, "time_of_flight": primary,
         "secondary": primary + delay, "secondary_with_mass": primary + heavier,
-        "delay": delay, "delay_with_mass": heavier,
     }  # fmt: skip
     size = np.broadcast(mass, below).shape
     return xr.Dataset({name: ("length", np.broadcast_to(value, size)) for name, value in values.items()})
