@@ -4,8 +4,10 @@ Commands import the modules that read cases when they run, so that the other com
 """
 
 import errno
+import logging
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import wraps
@@ -18,7 +20,8 @@ import click
 
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
-from hertzlink.output import REMARKS, WRONG_INPUT, check_output, complain, delivered, printable, say, set_up
+from hertzlink.output import REMARKS, WRONG_INPUT, check_output, complain, delivered, format_warning, printable, say
+from structures.caution import HertzlinkWarning
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -303,7 +306,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # A signal that is ignored stays so, as after nohup.
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is not signal.SIG_IGN:
             signal.signal(getattr(signal, name), signal.default_int_handler)
-    set_up()
+    logging.basicConfig(format="%(name)s: %(message)s", level=logging.WARNING)
+    # The progress of sweeps, where no bar is drawn because output is redirected.
+    logging.getLogger("hertzlink.sweep").setLevel(logging.INFO)
+    warnings.formatwarning = format_warning
+    # Appended, so that the user's own filters come first.
+    warnings.simplefilter("once", HertzlinkWarning, append=True)
     code, prefix = WRONG_INPUT, "hertzlink: "
     try:
         sys.exit(cli.main(arguments, prog_name="hertzlink", standalone_mode=False))

@@ -2,7 +2,6 @@
 
 import errno
 import hashlib
-import logging
 import os
 import re
 import shutil
@@ -50,16 +49,6 @@ def format_warning(message: Warning | str, category: type[Warning], *where: Any,
     if issubclass(category, HertzlinkWarning):
         return printable(f"hertzlink: warning: {' '.join(str(message).split())}\n")
     return format_of_python(message, category, *where, **line)
-
-
-def set_up() -> None:
-    """Give warnings and the log their form."""
-    logging.basicConfig(format="%(name)s: %(message)s", level=logging.WARNING)
-    # The progress of sweeps, where no bar is drawn because output is redirected.
-    logging.getLogger("hertzlink.sweep").setLevel(logging.INFO)
-    warnings.formatwarning = format_warning
-    # Appended, so that the user's own filters come first.
-    warnings.simplefilter("once", HertzlinkWarning, append=True)
 
 
 def check_output(folder: Path, force: bool) -> None:

@@ -105,8 +105,15 @@ def assert_same_waves(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, bytes(now.to_netcdf(engine="h5netcdf", encoding=coding)))
     elif lines := [*complaints(old, now, rtol)]:
-        again = f"If the change is intended, write the reference again: update=True, or {UPDATE}=1."
-        lines += [*origins(old, run), again]
+        writer, ours = str(old.attrs["hertzlink"]), versions()["hertzlink"]
+        wrote = f"hertzlink {writer} wrote the reference; {'as here' if writer == ours else f'this is {ours}'}"
+        for name, words in (("versions", [wrote]), ("input", [])):
+            there, here = (stored(data.attrs.get(name)) for data in (old, run))
+            changes = list(differences(there, here))
+            more = [f"and {len(changes) - MOST_INPUTS} more"] * (len(changes) > MOST_INPUTS)
+            told = [*words, *changes[:MOST_INPUTS], *more] if changes else ["the same", *words]
+            lines.append(f"{name}: {'; '.join(told)}")
+        lines.append(f"If the change is intended, write the reference again: update=True, or {UPDATE}=1.")
         raise AssertionError("\n  ".join([f"the waves differ from those in {path}:", *lines]))
 
 
@@ -169,14 +176,3 @@ def difference(name: str, old: xr.Dataset, now: xr.Dataset, rtol: float) -> str:
     values = [f"{size * value:.7g} {unit}".rstrip() if np.isfinite(value) else "no wave" for value in (first, second)]
     apart = f"; off by {size * off:.2g}, allowed is {size * most:.2g}" if np.isfinite(off) else ""
     return f"{name}{' at ' if at else ''}{at}: {values[0]} there and {values[1]} here{apart}"
-
-
-def origins(old: xr.Dataset, run: xr.Dataset) -> Iterator[str]:
-    """Yield a line on the versions and one on the input, and what differs in them."""
-    writer, ours = str(old.attrs["hertzlink"]), versions()["hertzlink"]
-    wrote = f"hertzlink {writer} wrote the reference; {'as here' if writer == ours else f'this is {ours}'}"
-    for name, words in (("versions", [wrote]), ("input", [])):
-        there, here = (stored(data.attrs.get(name)) for data in (old, run))
-        changes = list(differences(there, here))
-        more = [f"and {len(changes) - MOST_INPUTS} more"] * (len(changes) > MOST_INPUTS)
-        yield f"{name}: " + "; ".join([*words, *changes[:MOST_INPUTS], *more] if changes else ["the same", *words])

@@ -14,7 +14,6 @@ from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.compare import Number
 from hertzlink.studies.shared import along, scalars
 from hertzlink.studies.waves import PowerFit, power_fit
-from particles.laws.axisymmetric import ComputedLaw
 from structures.caution import collected
 from structures.surface import relative_curvatures
 
@@ -48,15 +47,6 @@ def fitted(law: hl.laws.ContactLaw, fit: str) -> PowerFit:
     return power_fit(law, lowest, highest, fit.endswith("relative"))
 
 
-def computed(body: Any, coarser: float = 1.0) -> ComputedLaw:
-    """Return the law of two such bodies by finite elements, with cells that are `coarser` times as large as usual."""
-    # Theoretical radius of the widest contact, m (Johnson's equation 4.22).
-    sharp = relative_curvatures(body.surface, body.surface)[1]
-    force = float(hl.contact_law(body, body).force(np.array(LARGEST_APPROACH)))
-    widest = float((1.5 * force / (body.material.contact_modulus * sharp)) ** (1.0 / 3.0))
-    return hl.laws.computed_law(body, max_approach=LARGEST_APPROACH, spacing=widest / CELLS * coarser)
-
-
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return the force over approach by contact, with theory and Table 5.1; fits.
 
@@ -66,12 +56,17 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     def of_contact(contact: str) -> xr.Dataset:
         body = BODIES[contact]
-        law = computed(body, 2.0 if quick else 1.0)
+        theory = hl.contact_law(body, body)
+        # Theoretical radius of the widest contact, m (Johnson's equation 4.22).
+        sharp = relative_curvatures(body.surface, body.surface)[1]
+        force = float(theory.force(np.array(LARGEST_APPROACH)))
+        widest = float((1.5 * force / (body.material.contact_modulus * sharp)) ** (1.0 / 3.0))
+        spacing = widest / CELLS * (2.0 if quick else 1.0)
+        law = hl.laws.computed_law(body, max_approach=LARGEST_APPROACH, spacing=spacing)
         fits = [fitted(law, fit) for fit in FITS]
-        theory = hl.contact_law(body, body).force(APPROACHES)
         return scalars(error=(law.error, "1", "largest error of the force, estimated from larger cells")).assign(
             force=("approach", law.force(APPROACHES), newton),
-            theory=("approach", theory, newton | {"long_name": "law by formulas"}),
+            theory=("approach", theory.force(APPROACHES), newton | {"long_name": "law by formulas"}),
             exponent=("fit", [fit.exponent for fit in fits], {"units": "1"}),
             stiffness=("fit", [fit.stiffness for fit in fits], {"units": "N/m^n"}),
         )
