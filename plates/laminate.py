@@ -1,7 +1,7 @@
 """Laminated walls: orthotropic plies, and their Section in classical lamination theory."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import pi, sqrt
 from typing import Annotated
@@ -238,10 +238,10 @@ class LayeredSection(Section):
     stiffness and shears like the laminate; the other has the rest and shears like the plies: `own_shear`, 2 × 2, N/m.
     """
 
-    own: float = 0.0
-    own_shear: Vector = field(default_factory=lambda: np.zeros((2, 2)))
-    plies: tuple[Ply, ...] = ()
-    softer: float = 0.0
+    own: float
+    own_shear: Vector
+    plies: tuple[Ply, ...]
+    softer: float
 
     @property
     def walls(self) -> list[tuple[Vector, Vector, float]]:
