@@ -65,7 +65,7 @@ def flexural_wavelength(
 
 
 def stiffness_towards(section: Section, angle: Vector = DIRECTIONS) -> Vector:
-    """Return the bending stiffness D(φ) for flexural waves at angles φ from x towards y (rad), N m.
+    """Return the bending stiffness D(φ), N m, for flexural waves at angles φ from x towards y (rad), or all around.
 
     A wave along φ bends the plate by (c², s², 2cs), so D(φ) = D₁₁c⁴ + 2(D₁₂ + 2D₆₆)c²s² + D₂₂s⁴ + 4D₁₆c³s + 4D₂₆cs³.
     """

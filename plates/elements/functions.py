@@ -118,12 +118,10 @@ class Functions:
         values = np.stack([np.asarray(field) for field in fields], axis=-1)
         slopes = np.stack([field.grad for field in fields], axis=-1)
         columns = np.broadcast_to(self.of_cells[cells][:, None], values.shape).reshape(-1, values.shape[-1])
-        starts = np.arange(len(columns) + 1) * columns.shape[1]
-
-        def matrix(entries: Vector) -> sparse.csr_array:
-            return sparse.csr_array((entries.ravel(), columns.ravel(), starts), shape=(len(columns), self.size))
-
-        return Reading(matrix(values), matrix(slopes[0]), matrix(slopes[1]))
+        starts, shape = np.arange(len(columns) + 1) * columns.shape[1], (len(columns), self.size)
+        return Reading(*(
+            sparse.csr_array((entries.ravel(), columns.ravel(), starts), shape) for entries in (values, *slopes)
+        ))  # fmt: skip
 
     def on(self, facets: Numbers) -> tuple[Numbers, Curve]:
         """Return the functions that do not vanish on facets, functions × facets, and the edge's curve there.

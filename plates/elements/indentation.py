@@ -75,8 +75,7 @@ def remaining_flexibility(section: Section, radius: float) -> float:
     ends = edges[0], edges[-1]
     fine = np.unique(np.concatenate([np.geomspace(*ends, 2001), np.linspace(*ends, 4001)]))
     disc = (2.0 * j1(fine * radius) / (fine * radius)) ** 2
-    spread = of_plate(fine) * disc * fine
-    plate = float(((spread[1:] + spread[:-1]) / 2.0 * np.diff(fine)).sum())
+    plate = float(np.trapezoid(of_plate(fine) * disc * fine, fine))
     plate += 4.0 / pi * float(of_plate(edges[-1:])[0]) / (radius**3 * edges[-1])
     # For longer waves the difference between the plate and the layers is constant.
     long = float(layers[1] - of_plate(edges[:1])[0] * disc[0]) * edges[0] ** 2 / 2.0

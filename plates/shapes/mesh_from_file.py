@@ -34,9 +34,9 @@ class FlatMesh:
     kind, fixed = "panel", True
 
     def __init__(self, source: Any, thickness: float, scale: float | None, tags: str | None) -> None:
-        read, self.scale = read_mesh(source), 1.0 if scale is None else scale
-        self._stated = {"mesh": source_of(source), "scale": self.scale} | ({} if tags is None else {"tags": tags})
-        points, cells = self.scale * reading.points_of(read, flat=True), _faces(read)
+        read, factor = read_mesh(source), 1.0 if scale is None else scale
+        self._stated = {"mesh": source_of(source), "scale": factor} | ({} if tags is None else {"tags": tags})
+        points, cells = factor * reading.points_of(read, flat=True), _faces(read)
         count = cells.shape[1]
         sides = TRIANGLE if count == 3 else QUADRILATERAL
         points, cells, number = reading.used(points, without_duplicates(cells, count)[0], count)
