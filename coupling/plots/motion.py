@@ -144,7 +144,7 @@ def _motion_of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike
 def _motion_of_beads(dataset: object, chain: DeformableChain, times: ArrayLike, beads: Any) -> xr.Dataset:
     reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
     reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
-    reading.check_one_chain(*BEAD_VARIABLES)
+    reading.check_one("chain", *BEAD_VARIABLES)
     run, bodies = reading.data, list[Any]([chain.body, *chain.beads])
     own, count, first = int(run.coords.get("chain", 0)), len(bodies), 0 if chain.body is not None else 1
     _check_chain(reading, chain, own)

@@ -10,7 +10,7 @@ from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energies, energy_error, sensor_force
 from coupling.results.reading import ALL_KEPT, Reading
-from structures.checks import whole
+from structures.checks import listed, whole
 from structures.units import handy
 
 if TYPE_CHECKING:
@@ -58,9 +58,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     reading = Reading(run)
     numbers = sensors_of(reading, sensors)
     forces = [sensor_force(run, number) for number in numbers]
-    if axes := [str(axis) for axis in forces[0].dims if axis != "time"]:
-        what = "chain" if axes == ["chain"] else "run"
-        raise ValueError(f"run: has the axes {', '.join(axes)}; choose one {what} with run.isel({axes[0]}=0)")
+    reading.check_one("chain", "sensor_force" if reading.is_signal else "contact_force")
     ax = axes_for(ax)
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
         colour = COLOURS[place % len(COLOURS)]
@@ -98,7 +96,7 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     """
     reading = Reading(run)
     reading.dynamic_force()
-    reading.check_one_chain("contact_force")
+    reading.check_one("chain", "contact_force")
     if reading.at_sensors and len(reading.kept) <= max(reading.beads):
         raise ValueError(f"run: keeps sensors only, and not the forces of all contacts; run it {ALL_KEPT}")
     force = run.contact_force.transpose("contact", "time").sel(contact=sorted(reading.kept))
@@ -147,7 +145,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     energy (µJ)
     """
     change, parts, reading = energy_error(run), energies(run), Reading(run)
-    reading.check_one_run("contact_force")
+    reading.check_one("run", "contact_force")
     complete, total = bool(run.structure_energy.notnull().all()), sum(parts.values())
     del parts["driven"]
     factor, unit = handy(np.concatenate([part.values for part in (*parts.values(), total)]), "J")
@@ -189,7 +187,5 @@ def sensors_of(reading: Reading, sensors: Any) -> list[int]:
             return [int(number) for number in reading.data.sensor.values]
         reading.dynamic_force()
         return [max(1, min(reading.beads) // 2)]
-    given = [sensors] if np.ndim(sensors) == 0 else list(sensors)
-    if not given:
-        raise ValueError("sensors = []: must name at least one bead")
+    given = listed("sensors", [sensors] if np.ndim(sensors) == 0 else sensors, object, "one bead number or more")
     return list(dict.fromkeys(whole("sensors", number) for number in given))

@@ -50,10 +50,9 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
         raise ValueError(f"ratio: must hold real numbers at three distances or more, not {ratio.dtype} at {count}")
     ordered = ratio.sortby(dimension)
     distances = ordered[dimension].values
-    if distances.dtype.kind not in "fiu" or not np.isfinite(distances).all() or distances[0] < 0.0:
-        raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
-    if (np.diff(distances) <= 0.0).any():
-        raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
+    rises = distances.dtype.kind in "fiu" and np.isfinite(distances).all() and (np.diff(distances) > 0.0).all()
+    if not rises or distances[0] < 0.0:
+        raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative or twice")
     found = xr.apply_ufunc(
         lambda curve: last_crossing(distances.astype(float), curve, tolerance)[0],
         ordered,

@@ -6,6 +6,8 @@ from typing import Any
 
 import xarray as xr
 
+from structures.checks import existing
+
 # Largest size of the numbers over that of their file, as no filter of HDF5 packs more densely; and a size, in bytes,
 # that is always allowed.
 LARGEST_RATIO, SMALL = 1100, 10_000_000
@@ -51,14 +53,7 @@ def read_netcdf(file: Path) -> xr.Dataset:
 
     A file that reads other files, or claims more than it can hold, is refused before it is read.
     """
-    import h5py
-
-    if not file.is_file():
-        what = "is a folder" if file.is_dir() else "there is no such file"
-        raise ValueError(f"{file}: {what}; give a netCDF file such as results.nc")
-    if not h5py.is_hdf5(file):
-        raise ValueError(f"{file}: cannot be read as netCDF; it is not an HDF5 file, as files of netCDF 4 are")
-    check_hdf5(file, str(file))
+    check_hdf5(existing(str(file), file), str(file))
     try:
         return xr.load_dataset(file, engine="h5netcdf")
     except (AttributeError, LookupError, OSError, RuntimeError, TypeError, ValueError) as error:

@@ -27,26 +27,14 @@ class Reading:
 
     def __init__(self, run: object, what: str = "the Dataset of a run, a sweep or a signal") -> None:
         self.data: xr.Dataset = instance("run", run, xr.Dataset, what)
-        self.kind = kind_of(self.data)
-        if not self.data.sizes.get("time", 0):
-            raise ValueError("run: holds no saved times")
-        if not (np.diff(self.time) > 0.0).all():
-            raise ValueError('run: its times do not increase; sort them with run.sortby("time")')
-
-    @property
-    def is_signal(self) -> bool:
+        self.is_signal = kind_of(self.data) == SIGNAL
         """Whether the Dataset holds measured forces of sensors, and no contacts."""
-        return self.kind == SIGNAL
-
-    @property
-    def at_sensors(self) -> bool:
+        self.at_sensors = "beads" in self.data.attrs
         """Whether the Dataset holds only sensors of runs, like a batch."""
-        return "beads" in self.data.attrs
-
-    @property
-    def time(self) -> Vector:
+        self.time: Vector = np.asarray(self.data.variables["time"].values if self.data.sizes.get("time") else [])
         """The saved times, s."""
-        return np.asarray(self.data.variables["time"].values)
+        if not self.time.size or not (np.diff(self.time) > 0.0).all():
+            raise ValueError('run: must hold saved times that increase; sort them with run.sortby("time")')
 
     @cached_property
     def _there(self) -> NDArray[np.bool_]:
@@ -132,21 +120,19 @@ class Reading:
     def check_holds(self, names: Sequence[str], source: str = "a run") -> None:
         """Raise a ValueError if a variable is missing. source: the origin of a Dataset with these variables."""
         if missing := " and ".join(name for name in names if name not in self.data.data_vars):
-            if self.at_sensors:
-                raise ValueError(f"run: keeps sensors only, and holds no {missing}; run it {ALL_KEPT}")
             what = "is a measured signal and " if self.is_signal else ""
-            raise ValueError(f"run: {what}holds no {missing}; must be the Dataset of {source}")
+            fault = f"{what}holds no {missing}; must be the Dataset of {source}"
+            if self.at_sensors:
+                fault = f"keeps sensors only, and holds no {missing}; run it {ALL_KEPT}"
+            raise ValueError(f"run: {fault}")
 
-    def check_one_run(self, *names: str) -> None:
-        """Raise a ValueError if variables have the axes of a sweep."""
-        for axes in filter(None, (axes_of(self.data[name]) for name in names)):
-            raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
-
-    def check_one_chain(self, *names: str) -> None:
-        """Raise a ValueError for a sweep, and for a run of several chains."""
-        self.check_one_run(*names)
-        if any("chain" in self.data[name].dims for name in names):
-            raise ValueError("run: has several chains; choose one chain with run.isel(chain=0)")
+    def check_one(self, what: str, *names: str) -> None:
+        """Raise a ValueError if variables have the axes of a sweep, or for what="chain" those of several chains."""
+        for name in names:
+            axes = axes_of(self.data[name]) or [what] * (what == "chain" in self.data[name].dims)
+            if axes:
+                one = "chain" if axes == ["chain"] else "run"
+                raise ValueError(f"run: has the axes {', '.join(axes)}; choose one {one} with run.isel({axes[0]}=0)")
 
     def check_whole(self, *names: str) -> None:
         """Raise a ValueError if some chains or structures were removed. names: "chain", "structure" or both."""
@@ -179,7 +165,7 @@ def contact_forces(run: object) -> tuple[list[Contact], Vector, Vector]:
     preloads (N, K). Raises ValueError for signals, sweeps, and for one chain of several."""
     reading, names = Reading(run, "the Dataset of a run"), ("contact_force", "surface_displacement")
     reading.check_holds(names)
-    reading.check_one_run(*names)
+    reading.check_one("run", *names)
     reading.check_whole("chain")
 
     def of_contacts(values: xr.DataArray) -> Vector:

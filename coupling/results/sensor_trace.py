@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from structures.checks import count_of
 from structures.structure import Vector
@@ -28,8 +28,29 @@ FLAT, FEWEST_CLIPPED = 0.5, 3
 
 def checked_trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
     """Return `values` as an array of at least 16 finite numbers in an SI unit, `count` of them if given; raise a
-    ValueError for others."""
-    array = in_si_units(name, values, unit)
+    ValueError for others. They may come from a DataArray, a Series or a pint quantity, with their units, or be dates.
+    """
+    given: Any = values
+    stated = ""
+    if hasattr(given, "attrs") and hasattr(given, "values"):  # a DataArray, or a Series of pandas
+        inner = getattr(given, "data", None)
+        stated = str(given.attrs.get("units", ""))
+        given = inner if hasattr(inner, "magnitude") else given.values
+    if hasattr(given, "magnitude") and hasattr(given, "units"):  # a quantity of pint
+        given, stated = given.magnitude, f"{given.units}"
+    kind = getattr(given, "dtype", np.dtype(float)).kind
+    try:
+        # Times in no unit stay as they are, and are refused. NaT and masked numbers become NaN.
+        if unit == "s" and kind in "mM" and np.datetime_data(given.dtype)[0] != "generic":
+            given = (given - given.flat[0] if kind == "M" and given.size else given) / np.timedelta64(1, "s")
+        plain = np.asarray(given)
+        if plain.dtype.kind not in "iufO":
+            raise TypeError(f"it holds {plain.dtype}")
+        array = plain.astype(float) * (float(factor(stated, unit)) if stated else 1.0)
+    except (TypeError, OverflowError, ValueError) as error:
+        raise ValueError(f"{name}: must be an array of real numbers, in {unit} ({error})") from None
+    if np.ma.is_masked(given):
+        array[np.ma.getmaskarray(given)] = np.nan
     if array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
     bad = np.flatnonzero(~np.isfinite(array))
@@ -163,37 +184,3 @@ def _blurred(values: Vector, sigma: float) -> Vector:
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     padded = np.pad(values, reach, mode="symmetric")
     return np.asarray(scipy.signal.fftconvolve(padded, weights / weights.sum(), mode="valid"))
-
-
-def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """Return `values` as an array of floats in an SI unit, also from a DataArray, Series, pint quantity, or dates."""
-    array: Any = values
-    stated = ""
-    if hasattr(array, "attrs") and hasattr(array, "values"):  # a DataArray, or a Series of pandas
-        inner = getattr(array, "data", None)
-        stated = str(array.attrs.get("units", ""))
-        array = inner if hasattr(inner, "magnitude") else array.values
-    if hasattr(array, "magnitude") and hasattr(array, "units"):  # a quantity of pint
-        array, stated = array.magnitude, f"{array.units}"
-    if np.ma.is_masked(array):
-        place = tuple(int(index[0]) for index in np.nonzero(np.ma.getmaskarray(array)))
-        raise ValueError(f"{name}[{', '.join(map(str, place))}] is masked: must be a finite number")
-    is_time = unit == "s" and getattr(array, "dtype", np.dtype(float)).kind in "mM"
-    try:
-        if is_time:
-            if np.isnat(array).any():
-                raise ValueError(f"{name}[{int(np.flatnonzero(np.isnat(array))[0])}] is NaT")
-            array = array - array.flat[0] if array.dtype.kind == "M" and array.size else array
-            if np.datetime_data(array.dtype)[0] in ("generic", "Y", "M"):
-                raise ValueError(f"{array.dtype} has no units of a week or less")
-            array = array / np.timedelta64(1, "s")
-        plain = np.asarray(array)
-        if plain.dtype.kind not in "iufO":
-            raise TypeError(f"it holds {plain.dtype}")
-        numbers = plain.astype(float)
-    except (TypeError, OverflowError, ValueError) as error:
-        raise ValueError(f"{name}: must be an array of real numbers, in {unit} ({error})") from None
-    try:
-        return numbers * float(factor(stated, unit)) if stated else numbers
-    except ValueError as error:
-        raise ValueError(f"{name}: is in {stated!r}, must be in {unit} ({error})") from None

@@ -91,36 +91,37 @@ class SignalWaves:
         return tops
 
     def _placed(self, peaks: NDArray[np.intp]) -> list[Peak]:
-        """Return the waves at peaks of the smoothed signal, each between its valleys."""
-        edges = [0, *map(int, peaks), self.force.size - 1]
-        lowest = [edge + int(self.smooth[edge : following + 1].argmin()) for edge, following in pairwise(edges)]
-        return [self._fitted(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
-
-    def _fitted(self, peak: int, between: tuple[int, int]) -> Peak:
-        """Return height and time of the top of a polynomial through the samples around a peak of the smoothed signal.
+        """Return height and time of each wave: the top of a polynomial through the samples around its peak.
 
         The smoothed signal has its peak at another place if a pulse is asymmetric or has two humps. So polynomials over
         the same reach first slide along the upper half of the pulse, between its two valleys, and the one that is
         highest in its middle is taken.
         """
-        # Reflected pulses are asymmetric. The fifth-order term, which the fit lacks, shifts its maximum by the fourth
-        # power of the reach, and noise scatters it by noise / (√samples · reach^1.5), in units of pulse height and
-        # width. Both stay in proportion if the reach grows with the eleventh root of noise² per sample. With the factor
-        # 1 the shift was a quarter of the scatter, and less than all of it in 14 chains of all kinds.
-        time, force, smooth = self.time, self.force, self.smooth
-        width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
-        part = ((self.noise / smooth[peak]) ** 2 / width) ** (1.0 / 11.0)
-        reach, half = max(2, round(width * float(np.clip(part, NARROWEST, WIDEST)))), max(1, round(0.5 * width))
-        first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
-        start, stop = max(0, first - reach), min(force.size, last + reach)
-        if stop - start > 2 * reach:
-            moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
-            peak = first + int(moving[first - start : last - start].argmax())
-        near = slice(max(0, peak - reach), peak + reach + 1)
-        fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
-        tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
-        best = max(tops, key=fit, default=time[peak])
-        return float(fit(best)), float(best)
+        time, force, smooth, step = self.time, self.force, self.smooth, self.time[1] - self.time[0]
+        edges = [0, *map(int, peaks), force.size - 1]
+        valleys = [edge + int(smooth[edge : following + 1].argmin()) for edge, following in pairwise(edges)]
+        placed = list[Peak]()
+        for peak, (before, after) in zip(peaks.tolist(), pairwise(valleys), strict=True):
+            # Reflected pulses are asymmetric. The fifth-order term, which the fit lacks, shifts its maximum by the
+            # fourth power of the reach, and noise scatters it by noise / (√samples · reach^1.5), in units of pulse
+            # height and width. Both stay in proportion if the reach grows with the eleventh root of noise² per sample.
+            # With the factor 1 the shift was a quarter of the scatter; it was less than all of it in 14 chains of all
+            # kinds.
+            width = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0])
+            part = ((self.noise / smooth[peak]) ** 2 / width) ** (1.0 / 11.0)
+            reach, half = max(2, round(width * float(np.clip(part, NARROWEST, WIDEST)))), max(1, round(0.5 * width))
+            first, last = max(before, peak - half), min(after, peak + half) + 1
+            start, stop = max(0, first - reach), min(force.size, last + reach)
+            if stop - start > 2 * reach:
+                moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
+                peak = first + int(moving[first - start : last - start].argmax())
+            near = slice(max(0, peak - reach), peak + reach + 1)
+            fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
+            roots, most = fit.deriv().roots(), 0.5 * reach * step
+            tops = [t.real for t in roots if abs(t.imag) < step and abs(t - time[peak]) <= most]
+            best = max(tops, key=fit, default=time[peak])
+            placed.append((float(fit(best)), float(best)))
+        return placed
 
     def ends_rising(self) -> bool:
         """Return whether the record ends within a wave, whose peak is not known."""
@@ -168,27 +169,24 @@ class SignalWaves:
                 "in it; begin the record before the first wave"
             )
         elif peaks:
-            said += [*self._doubts_of_waves(), *self._doubts_of_zero(zero)]
+            (top, arrival), *later = peaks
+            greatest, at_greatest = max(peaks)
+            if greatest > MOST * top:
+                said.append(
+                    f"the first wave, {top:.3g} N, is much weaker than the one at {readable(at_greatest, 's', 4)}, "
+                    f"{greatest:.3g} N; no wave comes back stronger than it went, so look at the signal: perhaps hum "
+                    "is read as a wave, or a heavy striker sends several waves"
+                )
+            if later and max(later)[0] > TAIL * later[0][0]:
+                (first, came), (strong, then) = later[0], max(later)
+                said.append(
+                    f"the first wave after the incident one, AR = {first / top:.3g} after "
+                    f"{readable(came - arrival, 's', 4)}, is weaker than a later one, AR = {strong / top:.3g} after "
+                    f"{readable(then - arrival, 's', 4)}; in a compressed chain it may be the tail of the incident "
+                    "wave, which reflections(..., earliest=...) leaves out"
+                )
+            said += self._doubts_of_zero(zero)
         return [f"sensor {sensor}: {text}" for text in said]
-
-    def _doubts_of_waves(self) -> Iterator[str]:
-        """Yield sentences on what may mislead in the heights of the waves."""
-        (top, arrival), *later = self.peaks
-        greatest, at_greatest = max(self.peaks)
-        if greatest > MOST * top:
-            yield (
-                f"the first wave, {top:.3g} N, is much weaker than the one at {readable(at_greatest, 's', 4)}, "
-                f"{greatest:.3g} N; no wave comes back stronger than it went, so look at the signal: perhaps hum is "
-                "read as a wave, or a heavy striker sends several waves"
-            )
-        if later and max(later)[0] > TAIL * later[0][0]:
-            (first, came), (strong, then) = later[0], max(later)
-            yield (
-                f"the first wave after the incident one, AR = {first / top:.3g} after "
-                f"{readable(came - arrival, 's', 4)}, is weaker than a later one, AR = {strong / top:.3g} after "
-                f"{readable(then - arrival, 's', 4)}; in a compressed chain it may be the tail of the incident wave, "
-                "which reflections(..., earliest=...) leaves out"
-            )
 
     def _doubts_of_zero(self, zero: float) -> Iterator[str]:
         """Yield sentences on a wrong zero before the first wave, and between the waves."""

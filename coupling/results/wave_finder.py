@@ -14,6 +14,7 @@ Nesterenko, Dynamics of Heterogeneous Materials (Springer 2001), section 1.3: th
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +60,17 @@ class Found(NamedTuple):
     samples: Sequence[int] = ()  # of the peaks of the waves, the incident wave first
     notes: Sequence[str] = ()  # for each wave, why its AR and TOF may mislead; empty if they do not
     cut: bool = False  # whether the record ends within a wave that comes back
+
+
+@dataclass
+class Passing:
+    """A wave over the bead: the samples of its peak, of the last push that belongs to it, and of its begin and end."""
+
+    sample: int
+    last: int
+    begin: int
+    end: int
+    note: str = ""  # why its AR and TOF may mislead
 
 
 def find_waves(
@@ -126,7 +138,12 @@ class Flow:
         self.travel = float(time[self.there] - time[self.first] if self.pushed else time[self.first] * hops / sensor)
         self.width = max(1, int(np.rint(self.travel / max(hops, 1) / (time[1] - time[0]))))
         self.power = force * velocity
-        self.towards, self.back = (averaged(np.maximum(sign * self.power, 0.0), self.width) for sign in (1.0, -1.0))
+        self.towards, self.back = np.maximum(self.power, 0.0), np.maximum(-self.power, 0.0)
+        if self.width > 1:  # beyond the ends of the record the power counts as zero
+            self.towards, self.back = (
+                scipy.ndimage.uniform_filter1d(power, self.width, mode="constant")
+                for power in (self.towards, self.back)
+            )
         ended = (wall <= FIRST_WAVE**2 * push) & (np.arange(time.size) >= self.there)
         self.leaves = float(time[ended.argmax() if ended.any() else -1])
         self.peaks, self.peaks_towards, self.peaks_back = map(tops, (force, self.towards, self.back))
@@ -151,26 +168,24 @@ class Flow:
         incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
         if not (self.pushed and self.travel > 0.0 and force[incident] >= FIRST_WAVE * self.top):
             return found._replace(samples=[incident], notes=[""]) if 0 < incident < force.size - 1 else found
-        waves, notes, cut = self.returning(incident, (begin, end), smallest, greatest)
+        waves, cut = self.returning(incident, (begin, end), smallest, greatest)
+        self.note_doubts(waves)
         # Nearer to the structure each incident wave meets its own reflection.
         halfway = there + self.hops * width // 2
         if len(waves) > 1 and self.hops > WAVE_LENGTH and towards[self.first : halfway].min() > TAIL * greatest:
-            notes[1] = (
+            waves[1].note = (
                 "is met by a push that goes on, from a drive, a heavy striker or a strong loss: forces add up, and AR "
                 "is not the ratio of two waves; push for a shorter time or take a bead farther from the structure"
             )
-        return found._replace(samples=waves, notes=notes, leaves=self.leaves, cut=cut)
+        samples, notes = [wave.sample for wave in waves], [wave.note for wave in waves]
+        return found._replace(samples=samples, notes=notes, leaves=self.leaves, cut=cut)
 
-    def returning(
-        self, incident: int, window: Window, smallest: float, greatest: float
-    ) -> tuple[list[int], list[str], bool]:
-        """Return the samples and notes of the incident wave and of the waves that come back, and whether the record
-        ends within one. incident, window, greatest: the incident wave's peak, begin and end, and greatest power, W."""
+    def returning(self, incident: int, window: Window, smallest: float, greatest: float) -> tuple[list[Passing], bool]:
+        """Return the incident wave and the waves that come back, and whether the record ends within one of these.
+        incident, window, greatest: the incident wave's peak, begin and end, and greatest power, W."""
         time, force, power, towards, there = self.time, self.force, self.back, self.towards, self.there
-        lasts = duration(time, self.power[: window[1] + 1])
-        amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
-        last, cut = incident, False
-        least = smallest * amplitude
+        amplitude, waves, cut = float(force[incident]), [Passing(incident, incident, *window)], False
+        lasts, least = duration(time, self.power[: window[1] + 1]), smallest * amplitude
         peaks = self.peaks[force[self.peaks] >= least]
         # The record may end before or soon after a peak.
         if force[-1] > force[-2] and force[-1] >= least:
@@ -192,9 +207,9 @@ class Flow:
             relative = took / (self.travel * weaker ** (-1.0 / 6.0))
             ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
             # Only the first wave is tested: later ones may run faster than by their own force, behind another wave.
-            if len(samples) == 1 and relative < self.earliest:
+            if len(waves) == 1 and relative < self.earliest:
                 if not ends_open and relative > (1.0 - DOUBTFUL) * self.earliest:
-                    notes[0] = (
+                    waves[0].note = (
                         f"a pulse at {1e6 * time[tallest]:.4g} µs, AR = {part:.2g}, comes only just too early to be "
                         f"the reflected wave{ANOTHER}"
                     )
@@ -203,53 +218,48 @@ class Flow:
             for sample in own:
                 if sample == force.size - 1:
                     break
-                part = max(float(force[sample]), float(force[samples[-1]])) / amplitude
-                apart = float(time[sample] - time[last]) / (lasts * part ** (-1.0 / 6.0))
-                first = len(samples) == 1
-                two = not first and sample < windows[-1][1]  # in one pulse; the former may still meet the incident wave
-                if not first and (apart < 1.0 or (two and power[samples[-1]] < towards[samples[-1]])):
+                former, first = waves[-1], len(waves) == 1
+                part = max(float(force[sample]), float(force[former.sample])) / amplitude
+                apart = float(time[sample] - time[former.last]) / (lasts * part ** (-1.0 / 6.0))
+                two = not first and sample < former.end  # in one pulse; the former may still meet the incident wave
+                if not first and (apart < 1.0 or (two and power[former.sample] < towards[former.sample])):
                     # Beads that rattle, or have drifted apart, pass one wave on as several pushes; the greatest counts.
-                    samples[-1] = max(samples[-1], sample, key=force.__getitem__)
-                    windows[-1] = windows[-1][0], end
-                else:
-                    if not first and apart < 1.0 + DOUBTFUL:
-                        notes[-1] = notes[-1] or f"is only just apart from the next wave{ANOTHER}"
-                    if two:
-                        notes[-1] = f"overlaps the next wave, of AR = {force[sample] / amplitude:.2g}{ANOTHER}"
-                        begin = last + int(power[last:sample].argmin())
-                        windows[-1] = windows[-1][0], begin
-                    early = first and relative < (1.0 + DOUBTFUL) * self.earliest
-                    notes.append(f"is only just late enough to come from the structure{ANOTHER}" if early else "")
-                    samples.append(sample)
-                    windows.append((begin, end))
-                last = sample
-        if len(samples) > 1:
-            begin, end = windows[1]
-            quiet = np.flatnonzero(power[incident : samples[1]] < TAIL * power[begin : end + 1].max())
-            begin = incident + int(quiet.max(initial=0))
-            single = lasts * (float(force[samples[1]]) / amplitude) ** (-1.0 / 6.0)
-            times = duration(time[begin:], -self.power[begin : end + 1]) / single
+                    former.sample = max(former.sample, sample, key=force.__getitem__)
+                    former.last, former.end = sample, end
+                    continue
+                if not first and apart < 1.0 + DOUBTFUL:
+                    former.note = former.note or f"is only just apart from the next wave{ANOTHER}"
+                if two:
+                    former.note = f"overlaps the next wave, of AR = {force[sample] / amplitude:.2g}{ANOTHER}"
+                    begin = former.end = former.last + int(power[former.last : sample].argmin())
+                early = first and relative < (1.0 + DOUBTFUL) * self.earliest
+                note = f"is only just late enough to come from the structure{ANOTHER}" if early else ""
+                waves.append(Passing(sample, sample, begin, end, note))
+        return waves, cut
+
+    def note_doubts(self, waves: list[Passing]) -> None:
+        """Note waves that last too long or too short, that the record cuts off, or that have several high peaks."""
+        time, force, incident = self.time, self.force, waves[0]
+        lasts, amplitude = duration(time, self.power[: incident.end + 1]), float(force[incident.sample])
+        if len(waves) > 1:
+            first, final = waves[1], waves[-1]
+            weak = self.back[incident.sample : first.sample] < TAIL * self.back[first.begin : first.end + 1].max()
+            begin = incident.sample + int(np.flatnonzero(weak).max(initial=0))
+            single = lasts * (float(force[first.sample]) / amplitude) ** (-1.0 / 6.0)
+            times = duration(time[begin:], -self.power[begin : first.end + 1]) / single
             if not SHORT < times < LONG:
                 merged = "two waves that overlap here; beads farther from the structure tell them apart"
                 may_be = merged if times > LONG else "a part of a wave from inside the chain; compare other beads"
                 said = f"lasts {times:.2g} times as long as a single wave of its strength: it may be {may_be}"
-                notes[1] = notes[1] or said
-        part = float(force[samples[-1]]) / amplitude
-        if len(samples) > 1 and time[-1] - time[last] < lasts * part ** (-1.0 / 6.0):
-            notes[-1] = "may have a higher part after the end of the record, which comes soon after its peak"
-        for place, (begin, end) in enumerate(windows):
-            inside = self.peaks[(begin < self.peaks) & (self.peaks < end)]
-            high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[samples[place]]]]
+                first.note = first.note or said
+            part = float(force[final.sample]) / amplitude
+            if time[-1] - time[final.last] < lasts * part ** (-1.0 / 6.0):
+                final.note = "may have a higher part after the end of the record, which comes soon after its peak"
+        for wave in waves:
+            inside = self.peaks[(wave.begin < self.peaks) & (self.peaks < wave.end)]
+            high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[wave.sample]]]
             if high.size > 1:
-                notes[place] = (
-                    f"has peaks of nearly the same height, {1e6 * float(high[-1] - high[0]):.3g} µs apart{ANOTHER}"
-                )
-        return samples, notes, cut
-
-
-def averaged(values: Vector, width: int) -> Vector:
-    """Return the running mean of a trace over `width` samples; beyond its ends the trace counts as zero."""
-    return values if width == 1 else scipy.ndimage.uniform_filter1d(values, width, mode="constant")
+                wave.note = f"has peaks of nearly the same height, {1e6 * float(np.ptp(high)):.3g} µs apart{ANOTHER}"
 
 
 def duration(time: Vector, power: Vector) -> float:

@@ -36,18 +36,14 @@ def test_arrays_with_units(time: object, force: object) -> None:
 @pytest.mark.parametrize(
     ("time", "force", "message"),
     [
-        (TIME, np.ma.masked_greater(FORCE, 40.0), r"forces\[7\]\[96\] is masked"),
+        (TIME, np.ma.masked_greater(FORCE, 40.0), r"forces\[7\]\[96\] = nan: must be a finite number"),
         (TIME, FORCE + 0j, r"forces\[7\]: must be an array of real numbers.*complex128"),
         (TIME, FORCE.astype(str), r"forces\[7\]: must be .* holds <U32"),
-        (TIME, xr.DataArray(FORCE, attrs={"units": "V"}), r"forces\[7\]: is in 'V', must be in N"),
-        (UNITS.Quantity(TIME, "m"), FORCE, "time: is in 'meter', must be in s"),
+        (TIME, xr.DataArray(FORCE, attrs={"units": "V"}), r"forces\[7\]: must be .* in N .*V"),
+        (UNITS.Quantity(TIME, "m"), FORCE, "time: must be .* in s .*meter"),
         (TIME, NS.astype("m8[ns]"), r"forces\[7\]: must be .* holds timedelta64\[ns\]"),
-        (NS.astype("m8"), FORCE, r"time: must be .*timedelta64 has no units"),
-        (
-            np.where(NS == 5000, np.timedelta64("NaT", "ns"), NS.astype("m8[ns]")),
-            FORCE,
-            r"time: must be .*time\[5\] is NaT",
-        ),
+        (NS.astype("m8"), FORCE, r"time: must be .* holds timedelta64"),
+        (np.where(NS == 5000, np.timedelta64("NaT", "ns"), NS.astype("m8[ns]")), FORCE, r"time\[5\] = nan: must be"),
         ([[1.0], [1.0, 2.0]], FORCE, "time: must be an array of real numbers"),
     ],
 )
@@ -60,5 +56,5 @@ def test_arrays_that_are_refused(time: object, force: object, message: str) -> N
 def test_a_run_whose_times_do_not_increase(order: object) -> None:
     signal = hl.as_signal(TIME, {7: FORCE})
     for measure in (hl.amplitude_ratio, hl.time_of_flight, hl.reflections):
-        with pytest.raises(ValueError, match="run: its times do not increase"):
+        with pytest.raises(ValueError, match="run: must hold saved times that increase"):
             measure(signal.isel(time=order), 7)

@@ -239,7 +239,7 @@ def test_one_of_several_chains() -> None:
     short = hl.DeformableChain([BEAD] * 3, BEAD, 0.5, modes=3)
     long = hl.DeformableChain([BEAD] * 4, BEAD, 0.5, modes=5)
     run = hl.CoSimulation([short, long], [hl.half_space(STEEL), hl.half_space(STEEL)]).run(until=2e-5)
-    with pytest.raises(ValueError, match=r"run: has several chains; choose one chain with run\.isel\(chain=0\)"):
+    with pytest.raises(ValueError, match=r"run: has the axes chain; choose one chain with run\.isel\(chain=0\)"):
         hl.plots.motion(run, short, 1e-5)
     for place, chain in enumerate((short, long)):
         one = run.isel(chain=place)

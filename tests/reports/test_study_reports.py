@@ -121,7 +121,7 @@ def test_what_no_study_wrote_is_not_drawn(command: Command) -> None:
     before = names(".")
     for file, message in {
         "missing.nc": "there is no such file",
-        "text.nc": "cannot be read as netCDF",
+        "text.nc": "is not an HDF5 file that can be read",
         "other.nc": "was not written by a study",
         "none.nc": "was not written by a study",
         "broken.nc": "was not written by a study",
