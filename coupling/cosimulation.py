@@ -218,17 +218,21 @@ class CoSimulation:
 
         It is kept for later runs that are not longer. Raises ValueError as `plan` and `hl.reduce` do.
         """
-        if not self.reduces or not any(map(_is_large, self.interface.structures)):
+        # Structures that are not reduced and too large for the compiled engine.
+        large = [
+            body for body in self.interface.structures
+            if type(body) is MovingStructure and body.size and "reduction" not in body.structure.origin
+            and not body.compact
+        ]  # fmt: skip
+        if not self.reduces or not large:
             return self
         if self._reduced is None or self._reduced[0] < until or self._reduced[1] != fineness():
             check_effort(self.interface.chains, until, self.most_steps)
-            bodies = {}
-            for body in self.interface.structures:
-                if isinstance(body, MovingStructure):
-                    bodies[id(body.structure)] = body
-                    if _is_large(body):
-                        with finer(shorter=self._shorter):
-                            bodies[id(body.structure)] = MovingStructure(reduce_structure(body.structure, until))
+            moving = [body for body in self.interface.structures if isinstance(body, MovingStructure)]
+            bodies = {id(body.structure): body for body in moving}
+            with finer(shorter=self._shorter):
+                for body in large:
+                    bodies[id(body.structure)] = MovingStructure(reduce_structure(body.structure, until))
 
             def smaller(body: Any) -> Any:
                 body = self._suited(body)
@@ -255,10 +259,3 @@ class CoSimulation:
 
     def __repr__(self) -> str:
         return f"CoSimulation({self.interface.in_words()}; {self.scheme!r})"
-
-
-def _is_large(body: Any) -> bool:
-    """Return whether a structure has not been reduced and is too large for the compiled engine."""
-    if type(body) is not MovingStructure or not body.size or "reduction" in body.structure.origin:
-        return False
-    return not body.compact

@@ -45,18 +45,13 @@ class ContactPoint:
 
     def __post_init__(self) -> None:
         takes_part("structure", self.structure)
-        count = points(self.structure)
+        count = len(surfaces_of(self.structure))
         if self.number >= count:
             raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
 
 
 Facing: TypeAlias = Structure | MovingStructure | Participant | ContactPoint | None
 """What a bead can face at an end of a chain; None for nothing."""
-
-
-def points(structure: Any) -> int:
-    """Return the number of contact points of a Structure or a Participant."""
-    return len(surfaces_of(structure))
 
 
 class Interface:
@@ -123,7 +118,10 @@ class Interface:
     def describe(self) -> dict[str, Any]:
         """Return the chains, structures and contacts as plain data."""
         chains = [chain.chain.describe() for chain in self.chains]
-        structures: list[Any] = [structure.describe() for structure in self.structures]
+        structures: list[Any] = [
+            structure.describe() if isinstance(structure, MovingStructure) else structure.name
+            for structure in self.structures
+        ]
         if self.single:
             return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
         for contact in self.contacts:
@@ -152,7 +150,7 @@ class Interface:
         facing = half_space(chain.beads[-1].surface.material) if facing is None else facing
         whole_one, point = (facing.structure, facing.number) if isinstance(facing, ContactPoint) else (facing, None)
         takes_part(where, whole_one)
-        count = points(whole_one)
+        count = len(surfaces_of(whole_one))
         if point is None and count > 1:
             raise ValueError(
                 f"{where}: has {count} contact points; choose one of them by ContactPoint(structure, number)"
@@ -195,13 +193,13 @@ def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[An
         return [facing]
     if facing is None:
         return [None] * count
+    entries = list[Any]()
     if isinstance(facing, Structure | Participant):
-        if points(facing) == count:
-            return [ContactPoint(facing, number) for number in range(count)] if count > 1 else [facing]
+        points = len(surfaces_of(facing))
+        entries = [ContactPoint(facing, number) for number in range(points)] if points > 1 else [facing]
     elif isinstance(facing, Iterable) and not isinstance(facing, str | ContactPoint):
         entries = list(facing)
-        if len(entries) != count:
-            raise ValueError(f"{name}: has {count_of(len(entries), 'entry')}, must have one for each of {count} chains")
+    if len(entries) == count:
         return entries
     raise ValueError(
         f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "
@@ -220,12 +218,15 @@ def changed(facing: Any, change: Callable[[Any], Any]) -> Any:
 
 def takes_part(where: str, facing: Any) -> None:
     """Raise a ValueError for an object that is neither a structure nor a participant."""
-    if isinstance(facing, type):
-        raise ValueError(f"{where} = the class {facing.__name__}: must be an instance, such as {facing.__name__}(…)")
     lacking = [name for name in ("surface", "start", "advance") if not hasattr(facing, name)]
-    if not isinstance(facing, Structure) and lacking:
+    if isinstance(facing, type):
+        fault = f"the class {facing.__name__}: must be an instance, such as {facing.__name__}(…)"
+    elif isinstance(facing, Structure) or not lacking:
+        return
+    else:
         lacks = f"lacks {' and '.join(lacking)}; " if len(lacking) < 3 else ""
-        raise ValueError(f"{where} = {type(facing).__name__}: {lacks}must be {PARTICIPANTS}")
+        fault = f"{type(facing).__name__}: {lacks}must be {PARTICIPANTS}"
+    raise ValueError(f"{where} = {fault}")
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:

@@ -5,7 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from structures.checks import short
+from structures.checks import instance, short
 from structures.structure import Structure, Vector, surfaces_of
 from structures.surface import Surface
 
@@ -81,17 +81,9 @@ class CheckedParticipant:
         self.last_forces = np.zeros(self.contacts)
         self.findings: list[str] = []
         """The findings of `check`."""
-        self.passive = getattr(participant, "passive", True)
-        if not isinstance(self.passive, bool | np.bool_):
-            raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
-
-    def describe(self) -> str:
-        """Return its name."""
-        return self.name
-
-    def start(self) -> Any:
-        """Return the state at time zero."""
-        return self.participant.start()
+        passive = getattr(participant, "passive", True)
+        self.passive: Any = instance(f"{self.name}.passive", passive, bool | np.bool_, "True or False")  # type: ignore[arg-type]
+        self.start = participant.start
 
     def move(self, state: Any, forces: Vector, window: float) -> tuple[Any, Vector]:
         """Return the checked answer to the mean forces (N) of K contacts: the new state and K displacements, m."""

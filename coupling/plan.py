@@ -5,12 +5,10 @@ from typing import Annotated, Any, NamedTuple
 
 from coupling.black_box import Scheme
 from coupling.interface import Interface
-from coupling.participant import CheckedParticipant
 from coupling.results.findings import warn
 from structures.caution import caution
 from structures.checks import positive
 from structures.described import described
-from structures.moving import MovingStructure
 from structures.quantities import OneOf, Quantity
 from structures.units import readable
 
@@ -106,20 +104,18 @@ def plan_run(
 
     fineness: factor of the number of windows that the scheme has in a contact.
     """
-    valid = min(map(valid_until, interface.structures))
+    valid = min(getattr(body.structure, "valid_until", inf) for body in interface.structures)
     if until > valid * (1.0 + SAME_TIME):
         raise ValueError(
             f"until = {until!r}: the structure was reduced for runs of at most {valid} s; reduce it for this time, "
             "or run for a shorter one"
         )
-    fixed = isinstance(window, float)
-    if isinstance(window, float) and window > until:
-        raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
+    fixed, interval = isinstance(window, float), None if save_every is None else positive("save_every", save_every, "s")
+    for argument, span in (("window", window), ("save_every", interval)):
+        if isinstance(span, float) and span > until:
+            raise ValueError(f"{argument} = {span!r}: must not be longer than the run, until = {until!r} s")
     longest = longest_window(interface, scheme, window, fineness)
-    if save_every is not None:
-        interval = positive("save_every", save_every, "s")
-        if interval > until:
-            raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+    if interval is not None:
         if fixed and interval < longest * (1.0 - SAME_TIME):
             raise ValueError(f"save_every = {save_every!r}: must not be shorter than the window, {longest:.6g} s")
         stride = 1 if isinstance(window, Adaptive) else ceil(interval / longest * (1.0 - SAME_TIME))
@@ -167,11 +163,6 @@ def coarse(name: str, interval: float, contact_time: float) -> list[str]:
     error = f"a contact has {contact_time / interval:.2g} of them, and AR is off by 0.2 % with 3.5, by 3 % with 1.7"
     said = f"{name} = {readable(interval, 's')}: is coarse compared with a contact"
     return [f"{said}; {error}; take at most {readable(longest, 's')}"]
-
-
-def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
-    """Return the length of the longest run that a structure was made for, s; infinite if there is no limit."""
-    return structure.structure.valid_until if isinstance(structure, MovingStructure) else inf
 
 
 def _power_of_two(parts: float) -> int:

@@ -29,7 +29,7 @@ from coupling.results.findings import findings_of, warn
 from coupling.results.waves import NoWave
 from coupling.sweeps.points import progress
 from structures.caution import collected
-from structures.checks import count_of, finite, not_negative, short, whole
+from structures.checks import count_of, finite, not_negative, short, whole, within
 from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Count, Interval, Quantity
 from structures.units import readable
@@ -108,17 +108,15 @@ def identify(
         if not low < high:
             raise ValueError(f"{name} = {short(ends)}: must be the lowest and the highest value, such as (1e-3, 6e-3)")
         wanted.append(Range(name, low, high))
-    if not wanted:
-        raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
     measured = measured_signal(signal, sensors, noise)
-    length = length_of(build, wanted, until, float(measured.time[-1] - measured.time[0]))
+    record = float(measured.time[-1] - measured.time[0])
+    length = length_of(build, wanted, until, "thickness=(1e-3, 6e-3)", record)
     start = None
     if guess is not None:
         if not isinstance(guess, Mapping) or sorted(guess) != sorted(ranges):
             raise ValueError(f"guess = {short(guess)}: must give a value for each of {', '.join(ranges)}")
         for name, low, high in wanted:
-            if not low <= finite(f"guess[{name!r}]", guess[name]) <= high:
-                raise ValueError(f"guess[{name!r}] = {guess[name]!r}: must be from {low:g} to {high:g}")
+            within(f"guess[{name!r}]", guess[name], low, high, or_zero=low <= 0.0 <= high)
         start = np.array([unknown.place(guess[unknown.name]) for unknown in wanted])
     modes = on_modes(build, {unknown.name: (unknown.low, unknown.high) for unknown in wanted}, length)
     prediction = Prediction(modes or build, wanted, [sensor.bead for sensor in measured.sensors], length)

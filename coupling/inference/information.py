@@ -17,7 +17,7 @@ from coupling.results.findings import warn
 from coupling.results.waves import ReflectedWave
 from coupling.signals.signals import as_signal
 from structures.caution import collected
-from structures.checks import finite, listed, one_of, positive, short, whole
+from structures.checks import finite, listed, one_of, positive, whole
 from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Likely
 from structures.structure import Vector
@@ -48,9 +48,7 @@ class Information(Printed):
 
     def verdict(self, name: str) -> str:
         """Return "identified", or "blind" if ± 1.96 bounds exceed half of the value."""
-        if name not in self.values:
-            raise ValueError(f"name = {short(name)}: must be one of {', '.join(self.values)}")
-        return BLIND if DEVIATIONS * self.relative[name] > HALF else IDENTIFIED
+        return BLIND if DEVIATIONS * self.relative[one_of("name", name, self.values)] > HALF else IDENTIFIED
 
     def __str__(self) -> str:
         rows = [("unknown", "value", "95 % at best", "verdict")]
@@ -112,8 +110,6 @@ def identifiability(
     ('identified', True)
     """
     one_of("compare", compare, ("waveform", "features"))
-    if not values:
-        raise ValueError("values: name at least one unknown of the builder, such as thickness=2e-3")
     values = {name: finite(name, value) for name, value in values.items()}
     if zero := [name for name, value in values.items() if value == 0.0]:
         raise ValueError(f"{zero[0]} = 0: must not be zero, because bounds are relative to the value")
@@ -122,7 +118,7 @@ def identifiability(
     Likely.SAMPLE.warn("identifiability", "sample_every", step)
     beads = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
     ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in values.items()]
-    until = length_of(build, ranges, until)
+    until = length_of(build, ranges, until, "thickness=2e-3")
     if until / step > MOST_SAMPLES:
         raise ValueError(f"sample_every = {step!r} s: makes more than {MOST_SAMPLES:.0e} samples of a trace")
 

@@ -16,9 +16,9 @@ from coupling.plan import Adaptive, Plan
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
-from coupling.sweeps.sweep import check_build
+from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import collected
-from structures.checks import instance, positive, whole
+from structures.checks import positive, whole
 from structures.fineness import finer
 from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
@@ -136,14 +136,11 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     True
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
-    check_build(build, parameters, names="parameters")
+    check_build(build, parameters, "parameters")
 
     def built(**factors: Any) -> CoSimulation:
         with finer(**factors):
-            made = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation").for_run(until)
-        if len(made.interface.chains) > 1:
-            raise ValueError(f"build(...) = {made!r}: must be the CoSimulation of one chain")
-        return made
+            return built_at(build, parameters).for_run(until)
 
     def measured(run: xr.Dataset) -> dict[str, float]:
         return {name: float(read(run, sensor)) for name, (_, _, read) in MEASURES.items()}

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupling.cosimulation import CoSimulation
-from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.findings import kind
 from coupling.sweeps.batch import Records
@@ -50,17 +49,18 @@ class Range(NamedTuple):
 
 
 def length_of(
-    build: Callable[..., CoSimulation], ranges: Sequence[Range], until: float | None, record: float = inf
+    build: Callable[..., CoSimulation], ranges: Sequence[Range], until: float | None, example: str, record: float = inf
 ) -> float:
     """Return the length of the prediction, s: `until`; or if that is None, four times the time of a wave through the
-    chain, but not longer than the record, s, or than the time for which the structure was reduced."""
-    check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
+    chain, but not longer than the record, s, or than the time for which the structure was reduced. example: of an
+    unknown, for the ValueError if build takes others, or if there is none."""
+    check_build(build, {unknown.name: None for unknown in ranges}, "unknowns", example)
     if until is not None:
         return positive("until", until, "s")
     middle = {unknown.name: unknown.value(0.5) for unknown in ranges}
     simulation = built_at(build, middle)
     wanted = min(record, FROM_IMPACT * simulation.chain.transit_time)
-    valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
+    valid = min(getattr(body.structure, "valid_until", inf) for body in simulation.interface.structures)
     if valid < 0.75 * wanted:
         caution(
             f"until: the structure was reduced for runs of {readable(valid, 's', 4)}, so that later samples do not "
@@ -84,15 +84,13 @@ class Prediction:
         # If the builder chooses longer windows or a coarser accuracy, these remain.
         self._quick = self.first.longest_window < 0.999 * self.first.replace(accuracy="screening").longest_window
         self._beads = len(self.first.chain.chain.beads)
-        if wrong := [n for n in sensors if not 1 <= n <= self._beads]:
-            raise ValueError(f"sensors = {sensors!r}: bead {wrong[0]} is not in the chain, which has {self._beads}")
+        self._kept = kept_at(sensors, self._beads)
         self.contact_time = self.first.interface.contact_time
         # Cubic splines between 48 saved times in the shortest contact have an error of 1e-5 of a pulse.
         self.interval = self.contact_time / 48.0
         if until / self.interval > MOST_SAMPLES:
             raise ValueError(f"until = {until!r} s: is longer than {MOST_SAMPLES:.0e} samples of a trace")
         self.time: Vector = np.asarray(self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1))
-        self._kept = kept_at(sensors, self._beads)
 
     def values(self, places: Vector) -> dict[str, float]:
         """Return the unknowns at places from 0 to 1."""
@@ -103,8 +101,6 @@ class Prediction:
         simulation = built_at(self.build, values)
         if self.progress is not None:
             self.progress.update()
-        if len(simulation.interface.chains) > 1:
-            raise ValueError("build(...): has several chains; must have one")
         return (simulation.replace(accuracy="screening") if self._quick else simulation).for_run(self.until)
 
     def trace(self, place: Vector) -> Vector:

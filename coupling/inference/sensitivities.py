@@ -1,7 +1,8 @@
 """Derivatives of AR, TOF and traces by parameters of the function that builds a run. The runs of a difference have the
 windows, steps and saved times of the central run, so that they differ by the parameter alone."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from math import inf
 from typing import NamedTuple, TypeAlias
 
@@ -84,25 +85,23 @@ def sensitivities(
     >>> print(f"TOF changes by {1e6 * 0.01 * float(tof):.2f} µs for 0.01 m/s")
     TOF changes by -2.51 µs for 0.01 m/s
     """
-    if not parameters:
-        raise ValueError("parameters: name at least one argument of build, such as thickness=2e-3")
-    check_build(build, parameters, "build", "parameters")
+    check_build(build, parameters, "parameters", "thickness=2e-3")
     values, until = {name: finite(name, value) for name, value in parameters.items()}, positive("until", until, "s")
     if zero := [name for name, value in values.items() if value == 0.0]:
         raise ValueError(f"{zero[0]} = 0: must not be zero, because the steps of a difference are parts of the value")
     simulation = built_at(build, values).for_run(until)
-    several, adaptive = len(simulation.interface.chains) > 1, isinstance(simulation.window, Adaptive)
-    if several or adaptive or not is_compiled(simulation.interface, simulation.scheme):
+    if isinstance(simulation.window, Adaptive) or not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
-            f"build(...) = {simulation!r}: has no derivatives; it needs one chain, Condensed(), windows of a fixed "
-            "length, and structures that are linear and small or reduced"
+            f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), windows of a fixed length, and "
+            "structures that are linear and small or reduced"
         )
 
     plan, loss = simulation.plan(until, save_every), simulation.chain.chain.dissipation
     jumps = loss is not None and loss.piece != "drag"
     with collected() as said:
         run = simulation.run(until, save_every, sensors=sensors)
-    read = function("measure", measure or waves_at(run.bead.values.tolist()), 1, "a function of a Dataset of runs")
+    usual = partial(waves_at, run.bead.values.tolist())
+    read = function("measure", measure or usual, 1, "a function of a Dataset of runs")
     rates, data = differences(build, values, simulation, plan, run, read, jumps)
     with collected() as of_measure:
         here = as_measures(read(data.isel(run=[0])), 1, run.variables).isel(run=0, drop=True)
@@ -196,11 +195,7 @@ def differences(
     return {name: found[name] for name in values}, data
 
 
-def waves_at(sensors: list[int]) -> Measure:
-    """Return a measure that gives AR and TOF of the primary waves at sensors."""
-
-    def measure(runs: xr.Dataset) -> xr.Dataset:
-        waves = [xr.merge([amplitude_ratio(runs, n), time_of_flight(runs, n)], join="exact") for n in sensors]
-        return xr.concat(waves, xr.DataArray(sensors, dims="sensor", name="sensor"))
-
-    return measure
+def waves_at(sensors: Sequence[int], runs: xr.Dataset) -> xr.Dataset:
+    """Return AR and TOF of the primary waves at sensors."""
+    waves = [xr.merge([amplitude_ratio(runs, n), time_of_flight(runs, n)], join="exact") for n in sensors]
+    return xr.concat(waves, xr.DataArray(sensors, dims="sensor", name="sensor"))

@@ -130,9 +130,7 @@ def uncertainty(
     draws, seed, sensor = whole("draws", draws, 0), whole("seed", seed, 0), whole("sensor", sensor)
     if draws == 1:
         raise ValueError("draws = 1: must be 0, or 2 or more for a standard deviation")
-    if not spreads:
-        raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
-    check_build(build, spreads, names="parameters")
+    check_build(build, spreads, "parameters", 'thickness="0.02 mm"')
     inputs = dict[str, tuple[float, float]]()
     for name, spread in spreads.items():
         if isinstance(spread, tuple):
@@ -150,8 +148,8 @@ def uncertainty(
         for name, (centre, spread) in inputs.items() if centre != 0.0 and not 1e-8 < abs(spread / centre) < 1.0
     ]  # fmt: skip
     centres, deviations = np.array([*inputs.values()]).T
-    of_sensor, values = waves_at([sensor]), dict(zip(inputs, centres.tolist(), strict=True))
-    read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
+    values = dict(zip(inputs, centres.tolist(), strict=True))
+    read = measure or (lambda runs: waves_at([sensor], runs).isel(sensor=0, drop=True))
     run = sensitivities(build, until, [sensor], measure=read, **values)
     names = [name for name in map(str, run.data_vars) if f"{name}_derivative" in run]
     names = [name for name in names if name not in ("contact_force", "velocity")]
@@ -178,12 +176,11 @@ def uncertainty(
     ends = np.kron(np.eye(len(inputs)), [[-1.0], [1.0]])
     moves = np.random.default_rng(seed).standard_normal((len(inputs), draws)).T if draws else ends
     columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
-
-    def measured(runs: xr.Dataset) -> xr.Dataset:
-        return as_measures(read(runs), runs.sizes["run"], runs.variables)
-
     with collected() as heard:
-        tables = batch(build, until, sensors=[sensor], measure=measured, **columns)
+        tables = batch(
+            build, until, sensors=[sensor],
+            measure=lambda runs: as_measures(read(runs), runs.sizes["run"], runs.variables), **columns,
+        )  # fmt: skip
     if draws:
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, budget.warnings)]
         budget.samples.update({name: tables[name].values for name in names})

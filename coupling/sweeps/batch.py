@@ -17,7 +17,7 @@ from coupling.results.schema import OF_RUNS, run_coordinates, variable
 from coupling.run_checks import check_before, checked
 from coupling.sweeps.points import POINT_ERRORS
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
-from coupling.sweeps.sweep import axis_labels, check_build
+from coupling.sweeps.sweep import axis_labels, built_at, check_build
 from structures.caution import collected
 from structures.checks import count_of, function, instance, listed, positive, whole
 from structures.linear_algebra.one_thread import one_thread
@@ -115,7 +115,7 @@ def batch(
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
         save_every = min(until, wanted, max(1, int(wanted / window)) * window)
     interval = positive("save_every", save_every, "s")
-    size = _rows(until, interval) * float(len(kept.contacts) + len(kept.bodies))
+    size = (until / interval + 1.0) * (len(kept.contacts) + len(kept.bodies))
     if size * (count if measure is None else 1) > LARGEST_RESULT:
         raise ValueError(
             f"until = {until!r}, save_every = {interval!r}: {size * count:.3g} numbers are too many to keep; "
@@ -150,15 +150,9 @@ def batch(
     return with_warnings(data.assign_attrs(provenance({"batch": inputs})), [*before, *said])
 
 
-def _rows(until: float, interval: float) -> int:
-    return int(until / interval * (1.0 + 1e-9)) + 1
-
-
 def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> Columns:
     """Return the values of each parameter, one for each run, or raise a ValueError that names the parameter."""
-    if not parameters:
-        raise ValueError("parameters: name at least one argument of build, such as impact_speed=[0.1, 0.2]")
-    check_build(build, parameters, names="parameters")
+    check_build(build, parameters, "parameters", "impact_speed=[0.1, 0.2]")
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename this argument of build")
     columns: Columns = {}
@@ -175,10 +169,7 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> Column
 
 def _made(build: Callable[..., CoSimulation], columns: Columns, i: int, beads: int) -> CoSimulation:
     """Return the CoSimulation of a run; a ValueError if a batch cannot run it. beads: of a chain, 0 if unknown."""
-    built = build(**{name: values[i] for name, values in columns.items()})
-    instance("build(...)", built, CoSimulation, "a CoSimulation")
-    if len(built.interface.chains) > 1:
-        raise ValueError("build(...): is a CoSimulation of several chains; use sweep")
+    built = built_at(build, {name: values[i] for name, values in columns.items()})
     if beads and len(built.chain.chain.beads) != beads:
         raise ValueError(f"build(...): has another number of beads than the first run, which has {beads}")
     return built
@@ -216,8 +207,8 @@ class Records:
     """Runs that are in memory together: contact forces, N, and velocities, m/s, over runs × times × contacts or bodies,
     NaN for a failed run; static forces, N, centres, m, and impact energies, J.
 
-    known: runs that have been built, by their numbers. before: findings that the user has seen. failures: why a run
-    failed, None if it did not.
+    known: runs that have been built, by their numbers. before: findings that the user has seen; findings: of each run.
+    failures: why a run failed, None if it did not.
     """
 
     def __init__(
@@ -226,19 +217,14 @@ class Records:
     ) -> None:  # fmt: skip
         self.build, self.columns, self.beads, self.known, self.before = build, columns, beads, known or {}, before
         self.until, self.interval, self.kept = until, interval, kept
-        self.count, rows = len(next(iter(columns.values()))), _rows(until, interval)
+        self.count, rows = len(next(iter(columns.values()))), int(until / interval * (1.0 + 1e-9)) + 1
         self.force = np.full((self.count, rows, len(kept.contacts)), np.nan)
         self.velocity = np.full((self.count, rows, len(kept.bodies)), np.nan)
         self.static = np.full((self.count, len(kept.contacts)), np.nan)
         self.centre = np.full((self.count, len(kept.bodies)), np.nan)
         self.energy, self.yields = np.full(self.count, np.nan), False
         self.failures: list[Failure | None] = [None] * self.count
-        self._checks, self._said = [list[str]() for _ in range(self.count)], [list[str]() for _ in range(self.count)]
-
-    @property
-    def findings(self) -> list[list[str]]:
-        """The findings of each run."""
-        return [[*dict.fromkeys(checks + said)] for checks, said in zip(self._checks, self._said, strict=True)]
+        self.findings = [list[str]() for _ in range(self.count)]
 
     def fill(self, threads: int) -> None:
         """Run all. An error that does not concern one run alone ends this."""
@@ -251,18 +237,19 @@ class Records:
 
     def _run(self, i: int) -> None:
         """Build a run, run it, check it, and fill its rows; keep its warnings, and the error if it fails."""
+        found = list[str]()
         with collected() as messages:
             try:
                 built = self.known.get(i) or _made(self.build, self.columns, i, self.beads)
                 simulation = built.for_run(self.until)
                 interface, plan = simulation.interface, _plan(simulation, self.until, self.interval)
-                findings = check_before(interface.chains, self.until)
-                findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
-                self._checks[i] += [line for line in findings if line not in self.before]
+                found += check_before(interface.chains, self.until)
+                found += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
+                found = [line for line in found if line not in self.before]
                 frames = Frames(interface, plan.rows, self.kept)
                 fill(frames, interface, simulation.scheme, simulation.window, plan)
                 with collected():  # the checks also return their warnings
-                    self._checks[i] += checked(interface, frames, self.interval)
+                    found += checked(interface, frames, self.interval)
                 (contacts, bodies), chain, saved = self.kept, interface.chains[0], frames.chains[0]
                 self.yields = self.yields or bool(chain.yielding)
                 self.static[i] = chain.static_force[contacts]
@@ -271,9 +258,9 @@ class Records:
                 self.energy[i] = chain.chain.impact_energy
             except POINT_ERRORS as error:
                 self.failures[i] = Failure(type(error).__name__, str(error))
-        if messages:
-            earlier = set(map(kind, self.before))
-            self._said[i] += [message for message in messages if kind(message) not in earlier]
+        earlier = set(map(kind, self.before))
+        found += [message for message in messages if kind(message) not in earlier]
+        self.findings[i] = [*dict.fromkeys(found)]
 
     def dataset(self) -> xr.Dataset:
         """Return the runs, with their parameters as coordinates."""

@@ -1,7 +1,7 @@
 """The search for a critical distance: a scan over distances, then refinement of the last crossing."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import pairwise, product
+from itertools import product
 from math import inf
 from typing import Any
 
@@ -17,7 +17,7 @@ from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Task, run_points, shown
 from coupling.sweeps.sweep import axis_labels, axis_values, check_build
-from structures.checks import listed, not_negative, positive, whole, within
+from structures.checks import listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 from structures.units import readable
 
@@ -107,16 +107,14 @@ def critical_distance_search(
     scan = sorted(
         not_negative("distances", value, "m") for value in listed("distances", distances, object, "numbers, m")
     )
-    if len(scan) < FEWEST:
-        raise ValueError(f"distances = {scan}: must be three or more")
-    if twice := [distance for distance, following in pairwise(scan) if distance == following]:
-        raise ValueError(f"distances: must not hold {twice[0]:g} twice")
+    if len(scan) < FEWEST or len(set(scan)) < len(scan):
+        raise ValueError(f"distances = {short(scan)}: must be three or more, none of them twice")
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
     tolerances = [positive("tolerance", value) for value in many]
     # A mesh that moves with the contact makes AR scatter by about 1e-5: a few µm of distance.
     bracket = within("bracket", bracket, 1e-6, inf, "m")
-    values = axis_values(axes, OF_RUNS | {"distance", "within", "end"}) if axes else {}
-    check_build(build, {"distance": scan, **values})
+    values = axis_values(axes, OF_RUNS | {"distance", "within", "end"})
+    check_build(build, {"distance": scan, **values}, "axes")
 
     read = {"amplitude_ratio": amplitude_ratio, "time_of_flight": time_of_flight}
     task = Task(build, until, lambda run: xr.Dataset({name: of(run, sensor) for name, of in read.items()}))

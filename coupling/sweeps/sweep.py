@@ -101,7 +101,7 @@ def sweep(
     if jobs is not None:
         whole("jobs", jobs)
     values = axis_values(axes, OF_RUNS if store is None else OF_RUNS | {ERROR_VARIABLE})
-    check_build(build, values)
+    check_build(build, values, "axes", "distance=[0.01, 0.02]")
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     together = len(values[list(values)[-1]]) if len(values) > 1 else 1
     if store is None:
@@ -141,8 +141,6 @@ def outcomes_kept(
 def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
     """Return the axes as lists; raise a ValueError for an axis that is empty, has two values of the same name, or has a
     name that is taken."""
-    if not axes:
-        raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
     if used := sorted(taken & set(values)):
         raise ValueError(f"axes = {list(values)!r}: {used[0]} is a name that every run uses; rename the axis")
@@ -153,10 +151,13 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
     return values
 
 
-def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str = "build", names: str = "axes") -> None:
-    """Raise a ValueError if build is not a function of exactly these axes."""
+def check_build(build: Callable[..., Any], values: Mapping[str, Any], names: str, example: str = "") -> None:
+    """Raise a ValueError if build is not a function of exactly these arguments, or if an example shows that there must
+    be one. names: the arguments in words."""
     if not callable(build):
-        raise ValueError(f"{name} = {short(build)}: must be a function that returns a CoSimulation")
+        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
+    if example and not values:
+        raise ValueError(f"{names}: name at least one argument of build, such as {example}")
     try:
         signature = inspect.signature(build)
     except (TypeError, ValueError):  # some functions in C have no signature
@@ -165,14 +166,17 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
         signature.bind(**values)
     except TypeError as error:
         raise ValueError(
-            f"{name} = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the {names} are "
+            f"build = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the {names} are "
             f"{', '.join(values)} ({error})"
         ) from None
 
 
-def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> CoSimulation:
-    """Return the CoSimulation of a builder for these values; raise a ValueError if it returns something else."""
-    return instance("build(...)", build(**values), CoSimulation, "a CoSimulation")
+def built_at(build: Callable[..., Any], values: Mapping[str, Any]) -> CoSimulation:
+    """Return the CoSimulation of one chain that a builder makes of these values; raise a ValueError for another."""
+    built = instance("build(...)", build(**values), CoSimulation, "a CoSimulation")
+    if len(built.interface.chains) > 1:
+        raise ValueError(f"build(...) = {built!r}: must be the CoSimulation of one chain")
+    return built
 
 
 def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
@@ -185,19 +189,20 @@ def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: 
     if "time" in runs[0].sizes:
         frames = min(run.sizes["time"] for run in runs) - 1
         aligned = [run.isel(time=slice(None, None, max(1, (run.sizes["time"] - 1) // frames))) for run in runs]
-        if any(
-            not np.allclose(run.time, aligned[0].time, rtol=1e-9) for run in aligned if run.sizes == aligned[0].sizes
-        ):
-            raise ValueError("window: the runs' times do not fit together; leave the windows to be chosen")
     most = max(run.sizes.get("mode", 0) for run in aligned)
     aligned = [
         run.pad({"mode": (0, most - run.sizes["mode"])}, keep_attrs=True) if run.sizes.get("mode", most) < most else run
         for run in aligned
     ]
-    if any(run.sizes != aligned[0].sizes for run in aligned):
-        raise ValueError("build: runs differ in beads or times; use measure= to keep what they have in common")
-    shape = tuple(len(axis) for axis in values.values())
-    first = aligned[0]
+    first, shape = aligned[0], tuple(len(axis) for axis in values.values())
+    if any(
+        run.sizes != first.sizes or ("time" in first.sizes and not np.allclose(run.time, first.time, rtol=1e-9))
+        for run in aligned
+    ):
+        raise ValueError(
+            "build: runs differ in beads or times; leave their windows to be chosen, or use measure= to keep what they "
+            "have in common"
+        )
 
     def stacked(name: str) -> tuple[tuple[str, ...], Vector, dict[str, Any]]:
         data = np.stack([run[name].values for run in aligned])

@@ -198,7 +198,7 @@ def of_two(speed: float) -> hl.CoSimulation:
         ({"build": 3}, "build = 3: must be a function that returns a CoSimulation"),
         ({"build": lambda speed: chain(speed)}, r"build\(...\) = Chain.*: must be a CoSimulation"),
         ({"build": explicitly}, r"build\(...\) = CoSimulation.*: cannot run .* a batch needs Condensed"),
-        ({"build": of_two}, r"build\(...\): is a CoSimulation of several chains"),
+        ({"build": of_two}, r"build\(\.\.\.\) = .*: must be the CoSimulation of one chain"),
         ({"build": of_count}, "build = .*: takes count, but the parameters are speed"),
         ({"speeds": [0.1]}, "build = .*: takes speed, but the parameters are speed, speeds"),
         ({"speed": [0.1, 0.2], "dt": 1e-8}, "build = .*: takes speed, but the parameters are speed, dt"),

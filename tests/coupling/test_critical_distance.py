@@ -314,7 +314,7 @@ def test_bisection_where_the_spline_misleads() -> None:
         ({"distances": [0.1, 0.2]}, r"distances = \[0\.1, 0\.2\]: must be three or more"),
         ({"distances": 0.1}, r"distances = 0\.1"),
         ({"distances": [0.1, -0.2, 0.3]}, r"distances = -0\.2"),
-        ({"distances": [0.1, 0.2, 0.2]}, r"distances: must not hold 0\.2 twice"),
+        ({"distances": [0.1, 0.2, 0.2]}, r"distances = .* none of them twice"),
         ({"tolerance": 0.0}, r"tolerance = 0\.0"),
         ({"tolerance": []}, r"tolerance = \[\]"),
         ({"tolerance": "0.02"}, r"tolerance = '0\.02'"),
