@@ -110,6 +110,10 @@ class CoSimulation:
                 f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own ({boxes[0].name})"
             )
         self.window, self.reduces = window, reduce
+        self.chain: MovingChain = self.interface.chains[0]
+        """The chain, or the first of several."""
+        self.structure: Any = self.interface.structures[0]
+        """The structure that the last bead faces, as a participant; the first of several."""
         self._reduced: tuple[float, Fineness, CoSimulation] | None = None
         if dt is not None and isinstance(window, float) and dt > window:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
@@ -118,16 +122,6 @@ class CoSimulation:
             "window": window, "dt": dt, "behind": back if several else back[0], "accuracy": accuracy,
             "most_steps": most_steps, "reduce": reduce,
         }  # fmt: skip
-
-    @property
-    def chain(self) -> MovingChain:
-        """The chain, or the first of several."""
-        return self.interface.chains[0]
-
-    @property
-    def structure(self) -> Any:
-        """The structure that the last bead faces, as a participant; the first of several."""
-        return self.interface.structures[0]
 
     @checked_call
     def run(
@@ -164,7 +158,8 @@ class CoSimulation:
         """
         if (whole := self.for_run(until)) is not self:
             return whole.run(until, save_every, sensors)
-        if isinstance(self.window, Adaptive) and not is_compiled(self.interface, self.scheme):
+        adaptive = isinstance(self.window, Adaptive)
+        if adaptive and not is_compiled(self.interface, self.scheme):
             raise ValueError(
                 f"window = {self.window!r}: needs the compiled engine, which takes the scheme Condensed() and small or "
                 "reduced structures; give a window in s, or none"
@@ -174,8 +169,11 @@ class CoSimulation:
         findings = check_before(self.interface.chains, until)
         warn(findings)
         plan = self.plan(until, save_every)
-        findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
-        inputs = {**self._described, "until": until, **plan.describe(self.interface, self.window)}
+        findings += warn_if_coarse(plan, self.interface, adaptive)
+        inputs = {
+            **self._described, "until": until, "window": repr(self.window) if adaptive else plan.length,
+            "save_every": plan.interval, "steps": [chain.steps(plan.length) for chain in self.interface.chains],
+        }  # fmt: skip
         frames = Frames(self.interface, plan.rows, selection)
         fill(frames, self.interface, self.scheme, self.window, plan)
         findings += checked(self.interface, frames, plan.interval)
@@ -206,11 +204,9 @@ class CoSimulation:
 
         Raises
         ------
-        ValueError
+        TypeError, ValueError
             For a name that is not an argument of CoSimulation, and for values that it refuses.
         """
-        if unknown := sorted(set(changes) - set(self._given)):
-            raise ValueError(f"{unknown[0]}: is not an argument of CoSimulation; must be {', '.join(self._given)}")
         return CoSimulation(**{**self._given, **changes})
 
     def for_run(self, until: float) -> "CoSimulation":

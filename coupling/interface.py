@@ -93,9 +93,19 @@ class Interface:
             self.of_structure[contact.structure][contact.point] = k
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
         settings = {"impact_energy": energy, "dt": dt, "fineness": fineness}
-        self.chains = tuple(
-            self._moving(chain, number, facing[number] is None, settings) for number, chain in enumerate(chains)
-        )
+        moving = list[MovingChain]()
+        for number, chain in enumerate(chains):
+            # The surfaces that the ends face, and the flexibilities in series with them, m/N.
+            ends: list[Any] = []
+            for _, _, place, point in (self.contacts[k] for k in self.of_chain[number]):
+                body = self.structures[place]
+                spring = float(body.structure.flexibilities[point]) if isinstance(body, MovingStructure) else 0.0
+                ends += [body.surfaces[point], spring]
+            surface, flexibility, back, spring = [*ends, None, 0.0][:4]
+            if facing[number] is None:
+                surface, flexibility = None, 0.0
+            moving.append(moving_chain(chain, surface, flexibility, behind=back, behind_flexibility=spring, **settings))
+        self.chains = tuple(moving)
         alone = len(self.chains) == 1
         self.model = self.chains[0].model if alone else joined(self.chains)
         """All chains, in the form that the compiled loops take."""
@@ -172,19 +182,6 @@ class Interface:
                 "each end, such as plate.at([x1, x2], [y1, y2]), or give each end its own structure"
             )
         return place, point or 0
-
-    def _moving(self, chain: Chain, number: int, alone: bool, settings: dict[str, float | None]) -> MovingChain:
-        """Return a chain with the surfaces that its ends face, and the flexibilities in series with them, m/N."""
-        ends: list[Any] = []
-        for k in self.of_chain[number]:
-            place, point = self.contacts[k][2:]
-            body = self.structures[place]
-            spring = float(body.structure.flexibilities[point]) if isinstance(body, MovingStructure) else 0.0
-            ends += [body.surfaces[point], spring]
-        surface, flexibility, behind, spring = [*ends, None, 0.0][:4]
-        if alone:
-            surface, flexibility = None, 0.0
-        return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **settings)
 
 
 def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:

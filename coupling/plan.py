@@ -1,7 +1,7 @@
 """The plan of a run: its windows and saved times, and the checks of these."""
 
 from math import ceil, inf, log2
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from coupling.black_box import Scheme
 from coupling.interface import Interface
@@ -84,12 +84,6 @@ class Plan(NamedTuple):
     def interval(self) -> float:
         """The time between saved times, s."""
         return self.length * self.stride
-
-    def describe(self, interface: Interface, window: float | Adaptive | None) -> dict[str, Any]:
-        """Return the part of the plan that a result holds as its input, as plain data."""
-        steps = [chain.steps(self.length) for chain in interface.chains]
-        chosen = repr(window) if isinstance(window, Adaptive) else self.length
-        return {"window": chosen, "save_every": self.interval, "steps": steps}
 
 
 def plan_run(

@@ -32,10 +32,10 @@ loss of a restitution of 0.01 takes 1/38 of that time, a dashpot of 5 N s/m betw
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
     """Return the findings before a run: a record that is so long, or a loss so strong, that its unit may be wrong."""
-    findings, (once, longest) = dict[str, None](), _usual_times(chains)
-    if until > LONG * longest:
+    findings, (once, is_long, question) = dict[str, None](), _too_long(chains, until)
+    if is_long:
         times = f"{until / once:.2g} times the {readable(once, 's', 4)} that a wave takes through the chain and back"
-        findings[f"until = {until:g} s: is {times}{_meant(longest, until)}"] = None
+        findings[f"until = {until:g} s: is {times}{question}"] = None
     for chain in filter(_is_sudden, chains):
         name, in_contact, time = chain.strongest_loss
         steps, part = until / chain.longest_step, f"1/{chain.contact_time / time:.0f}"
@@ -57,20 +57,17 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
     step = chains[0].dt
     name = [*losses, f"until = {until!r}" if step is None else f"dt = {step!r}"][0]
     asked = f"give most_steps = {float(f'{1.1 * steps:.1e}'):g} if it is meant"
-    raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_meant(_usual_times(chains)[1], until)}")
+    raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_too_long(chains, until)[2]}")
 
 
-def _usual_times(chains: Sequence[MovingChain]) -> tuple[float, float]:
-    """Return the time of a wave through the longest chain and back, s, and the longest time that a run usually needs:
-    this one, or that of a history that drives a chain."""
+def _too_long(chains: Sequence[MovingChain], until: float) -> tuple[float, bool, str]:
+    """Return the time of a wave through the longest chain and back, s; whether a record is far longer than this or the
+    history that drives a chain; and a question if it may be given in ms or µs, empty if not."""
     once = max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
-    return once, max(once, *(float(chain.chain.excitation.drive.history[0, -1]) for chain in chains))
-
-
-def _meant(longest: float, until: float) -> str:
-    """Return a question if a record that is far too long may be given in ms or µs; empty if not."""
+    longest = max(once, *(float(chain.chain.excitation.drive.history[0, -1]) for chain in chains))
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * longest < until]
-    return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
+    question = f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
+    return once, until > LONG * longest, question
 
 
 def _is_sudden(chain: MovingChain) -> bool:

@@ -33,6 +33,8 @@ SHEARED = 0.2
 """Largest D k²/S, the deflection by shear over that by bending, of waves whose period is the length of the push. With
 more, Kirchhoff's theory is not enough: AR is off by 0.015 at 0.4 (carbon cross-ply), 0.1 at 4 (soft core)."""
 
+PARTS = ("section", "supports", "reduction")  # tables in the origin of a structure
+
 KIRCHHOFF = ("Kirchhoff plate", "half-plane", "infinite plate")
 
 WIDE = 0.2
@@ -89,15 +91,14 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, flo
     """Yield the doubts about a structure whose contact moved by `moved`, m, under a push of `length`, s: the kind,
     degree and words of each. The origin of a user's structure may hold anything."""
 
-    def part(name: str) -> Mapping[str, Any]:
-        return found if isinstance(found := origin.get(name), Mapping) else {}
+    part = {name: found if isinstance(found := origin.get(name), Mapping) else {} for name in PARTS}
 
     def number(name: str, of: Any = origin) -> float:
         return float(found) if isinstance(found := of.get(name), Real) else 0.0
 
     # Only a supported plate is stretched; a free one may fly off.
-    thickness = number("thickness") or number("thickness", part("section"))
-    supports = part("supports") or {"": "held"}
+    thickness = number("thickness") or number("thickness", part["section"])
+    supports = part["supports"] or {"": "held"}
     held = any(support not in ("free", "symmetry") for support in supports.values())
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         words = (
@@ -109,7 +110,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, flo
         return
 
     wrong = "AR may be wrong by {:.1g}, late and secondary waves by more"
-    report = part("reduction")
+    report = part["reduction"]
     if {"pulse", "error_estimate", "tolerance"} <= set(report):
         error, allowed = error_for_pulse(report, length), report["tolerance"]
         if error > EXCEEDED * allowed:
@@ -138,7 +139,7 @@ def _doubts(origin: Any, moved: float, length: float) -> Iterator[tuple[str, flo
         )
         yield "mesh", 1.0 / (length * frequency), words
 
-    wall = part("section")
+    wall = part["section"]
     if origin.get("kind") in KIRCHHOFF and {"bending", "shear", "mass"} <= set(wall):
         stiffness, shear = np.diag(wall["bending"])[:2], np.diag(wall["shear"])
         share = float((2.0 * np.pi / length * np.sqrt(wall["mass"] * stiffness) / shear).max())

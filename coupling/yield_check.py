@@ -12,7 +12,6 @@ from particles.contacts import Pair, once_per_pair
 from particles.deformable.deformable_chain import DeformableChain
 from particles.laws.yielding import JacksonGreen
 from particles.moving import MovingChain
-from structures.material import Material
 from structures.surface import hertz_pressure, relative_curvatures, yield_pressure
 
 SLIGHT = 1.12
@@ -41,7 +40,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
     if ratio > SLIGHT:
         chain = chains[number]
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-        weaker = min(_materials(chain, contact), key=yield_pressure)
+        weaker = min((surface_of(side).material for side in chain.pairs[contact] or ()), key=yield_pressure)
         if chain.once("takes a law of yielding", _takes_a_law):
             cure = f"its dent is left out; {CURE}"
         # Hertzian forces grow with the speed to the power 6/5. With a preload or another law there is no such rule.
@@ -52,7 +51,23 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
             cure = f"a yield strength of {1e-9 * ratio * float(weaker.yield_strength or 0.0):.2g} GPa would bear it"
         what = weaker.name or "the softer body"
         yield f"yield: {where} presses {what} to {ratio:.3g} times the pressure at which it yields; {cure}"
-    yield from dict.fromkeys(strength for chain in chains for strength in _unknown_strengths(chain))
+
+    # A law of yielding uses the strength of one body for both if that of the other is not known.
+    unknown = dict[str, None]()
+    for chain in chains:
+        for pair, contact in zip(chain.pairs, chain.yielding or (), strict=False):
+            if contact is None or contact.law.yield_strength is not None:
+                continue
+            for material in (surface_of(side).material for side in pair or ()):
+                if material.yield_strength is None:
+                    taken = contact.bodies.material.name or "the other body"
+                    words = (
+                        f"strength: the yield strength of {material.name or 'a body'} is not known; that of {taken}, "
+                        f"{1e-6 * contact.bodies.strength:.4g} MPa, is used where they touch; give "
+                        "Material(..., yield_strength=)"
+                    )
+                    unknown[words] = None
+    yield from unknown
 
 
 def _pressures(chain: MovingChain) -> np.ndarray:
@@ -77,25 +92,6 @@ def _pressures(chain: MovingChain) -> np.ndarray:
         return sqrt(contact_modulus(surface, facing) * sharp / (pi * length)), 0.5, limit
 
     return np.array([pressure or UNKNOWN for pressure in once_per_pair(elastic, of)]).T
-
-
-def _materials(chain: MovingChain, contact: int) -> list[Material]:
-    return [surface_of(side).material for side in chain.pairs[contact] or ()]
-
-
-def _unknown_strengths(chain: MovingChain) -> Iterator[str]:
-    """Yield a finding for each contact whose law of yielding uses the strength of one body for both."""
-    for i, contact in enumerate(chain.yielding or ()):
-        if contact is None or contact.law.yield_strength is not None:
-            continue
-        for material in _materials(chain, i):
-            if material.yield_strength is None:
-                taken = contact.bodies.material.name or "the other body"
-                yield (
-                    f"strength: the yield strength of {material.name or 'a body'} is not known; that of {taken}, "
-                    f"{1e-6 * contact.bodies.strength:.4g} MPa, is used where they touch; give "
-                    "Material(..., yield_strength=)"
-                )
 
 
 def _takes_a_law(chain: MovingChain) -> bool:

@@ -19,7 +19,7 @@ from coupling.inference.identification import (
     Identification,
     Unknown,
 )
-from coupling.inference.measured import Measured, measured_signal, with_memory
+from coupling.inference.measured import measured_signal, with_memory
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, unit_covariance
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, Range, length_of
@@ -120,7 +120,24 @@ def identify(
         start = np.array([unknown.place(guess[unknown.name]) for unknown in wanted])
     modes = on_modes(build, {unknown.name: (unknown.low, unknown.high) for unknown in wanted}, length)
     prediction = Prediction(modes or build, wanted, [sensor.bead for sensor in measured.sensors], length)
-    _check_times(measured, prediction)
+
+    # The signal may be too coarse or too short, perhaps because its unit of time is wrong.
+    contact, wave = prediction.contact_time, prediction.first.chain.transit_time
+    if (coarsest := 0.25 * contact) < measured.step:
+        units = (("ms", "ms", 1e-3), ("us", "µs", 1e-6))
+        fits = [one for one in units if one[2] * measured.step <= coarsest and one[2] * record >= 0.5 * wave]
+        doubt = ", or are its times in {}? Then give time_unit = '{}' to read_signal, or times in s to as_signal"
+        raise ValueError(
+            f"signal: has a sample every {readable(measured.step, 's', 4)}, too coarse for contacts of "
+            f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
+            + "".join(doubt.format(shown, unit) for unit, shown, _ in fits[:1])
+        )
+    if (longest := min(record, length)) < 0.5 * wave:
+        raise ValueError(
+            f"signal: {readable(longest, 's', 4)} are compared, but a wave needs about {readable(wave, 's', 4)} "
+            "through the chain; record longer, or give a longer until"
+        )
+
     lines = [k for k, unknown in enumerate(wanted) if unknown.name not in names] or list(range(len(wanted)))
     search = Search(Misfit(prediction, measured, names), whole("seed", seed, 0), start, lines)
     inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed}
@@ -137,26 +154,6 @@ def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[st
     if wrong := [name for name in names if name not in (*OF_SENSORS, *ranges)]:
         raise ValueError(f"nuisances = {short(wrong[0])}: must be {', '.join(OF_SENSORS)}, or an unknown with a range")
     return names
-
-
-def _check_times(measured: Measured, prediction: Prediction) -> None:
-    """Raise a ValueError for a signal that is too coarse or too short, perhaps because its unit of time is wrong."""
-    contact, wave = prediction.contact_time, prediction.first.chain.transit_time
-    record, coarsest = float(measured.time[-1] - measured.time[0]), 0.25 * contact
-    if coarsest < measured.step:
-        units = (("ms", "ms", 1e-3), ("us", "µs", 1e-6))
-        fits = [one for one in units if one[2] * measured.step <= coarsest and one[2] * record >= 0.5 * wave]
-        doubt = ", or are its times in {}? Then give time_unit = '{}' to read_signal, or times in s to as_signal"
-        raise ValueError(
-            f"signal: has a sample every {readable(measured.step, 's', 4)}, too coarse for contacts of "
-            f"{readable(contact, 's', 4)}; sample at {1e-6 / coarsest:.2g} MHz or more"
-            + "".join(doubt.format(shown, unit) for unit, shown, _ in fits[:1])
-        )
-    if (longest := min(record, prediction.until)) < 0.5 * wave:
-        raise ValueError(
-            f"signal: {readable(longest, 's', 4)} are compared, but a wave needs about {readable(wave, 's', 4)} "
-            "through the chain; record longer, or give a longer until"
-        )
 
 
 def _identification(

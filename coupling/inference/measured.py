@@ -66,9 +66,7 @@ def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: fl
     kind = kind_of(data)
     if kind not in ("signal", "run"):
         raise ValueError(f"signal: is a {kind or 'Dataset of another kind'}; must be one signal, or one run")
-    if sensors is None and kind == "run":
-        raise ValueError("sensors = None: must name the beads of a run that are compared, such as [7, 13]")
-    beads = data.sensor.values.tolist() if sensors is None else sensors
+    beads = data.sensor.values.tolist() if sensors is None and kind == "signal" else sensors
     rows, given = list[Sensor](), noise is not None or "noise" in data
     for bead in sorted({whole("sensors", n) for n in listed("sensors", beads, object, "one bead number or more")}):
         force = np.asarray(sensor_force(data, bead).values, dtype=float)

@@ -102,12 +102,25 @@ class Misfit:
         return [self._fit(*both, near) for both in zip(places, self.prediction.traces(places), strict=True)]
 
     def _fit(self, places: Vector, traces: Vector, near: float | None) -> Fit:
+        """Return the fit of traces with the best time zero, s; the search begins near a time, if it is given."""
         if not np.isfinite(traces).all():
             return Fit(places, 0.0, np.full(self.samples, FAILED), np.zeros(0), np.ones(len(self.used)), [], [])
         curve = CubicSpline(self.prediction.interval * np.arange(traces.shape[-1]), traces, axis=-1)
         if TIME_ZERO not in self.free:
             return self._fit_at(places, curve, 0.0)
-        best = self._fit_at(places, curve, self._correlated(curve) if near is None else near)
+        if near is None:
+            # The time zero by cross-correlation is exact to one sample.
+            step, grid, total = self.measured.step, self._grid, np.zeros(1)
+            count, shapes = self.measured.time.size + grid.size - 1, curve(np.minimum(grid, curve.x[-1]))
+            for sensor, spectrum, shape in zip(self.measured.sensors, self._spectra, shapes, strict=True):
+                along = irfft(spectrum * rfft(shape[::-1], self._length), self._length)[:count]
+                square = float(shape @ shape)
+                if square > 0.0:
+                    # The gain may be negative: the wires of a sensor may be swapped.
+                    gained = along**2 / square if GAIN in self.free else 2.0 * along - square
+                    total = total + gained / sensor.noise**2
+            near = float(self.measured.time[0] + step * (int(np.argmax(total)) - (grid.size - 1)))
+        best = self._fit_at(places, curve, near)
         for _ in range(8):
             step = -float(best.slope @ best.residual) / max(float(best.slope @ best.slope), 1e-300)
             if abs(step) < 1e-6:
@@ -117,18 +130,6 @@ class Misfit:
                 break
             best = other
         return best
-
-    def _correlated(self, curve: CubicSpline) -> float:
-        """Return the time zero by cross-correlation, s, exact to one sample."""
-        step, grid, total = self.measured.step, self._grid, np.zeros(1)
-        count, shapes = self.measured.time.size + grid.size - 1, curve(np.minimum(grid, curve.x[-1]))
-        for sensor, spectrum, shape in zip(self.measured.sensors, self._spectra, shapes, strict=True):
-            along = irfft(spectrum * rfft(shape[::-1], self._length), self._length)[:count]
-            square = float(shape @ shape)
-            if square > 0.0:
-                # The gain may be negative: the wires of a sensor may be swapped.
-                total = total + (along**2 / square if GAIN in self.free else 2.0 * along - square) / sensor.noise**2
-        return float(self.measured.time[0] + step * (int(np.argmax(total)) - (grid.size - 1)))
 
     def _fit_at(self, places: Vector, curve: CubicSpline, time_zero: float) -> Fit:
         """Return the fit of traces that begin at a time, s; they are zero before it, and constant after their end."""

@@ -19,7 +19,7 @@ from coupling.inference.prediction import NUMERICAL
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.sensor_trace import noise_level
-from coupling.sweeps.points import Outcome, Task, run_points
+from coupling.sweeps.points import Task, run_points
 from coupling.sweeps.store import Failure, Point, Store
 from coupling.sweeps.sweep import outcomes_kept
 from structures.caution import collected
@@ -172,9 +172,7 @@ class Taps(Task):
     build: Callable[..., Any]
     measure: Callable[[Any], xr.Dataset] | None = None
 
-    def outcome(self, point: Point) -> Outcome:
-        """Return the answer at a point, or a Failure, so that one point does not end the map."""
-        return self.attempt(point) if self.store is None else super().outcome(point)
+    goes_on = True
 
     def run(self, point: Point) -> xr.Dataset:
         """Return the answer at a point, with all warnings in its attributes; a ValueError if no tap has an answer."""
@@ -184,9 +182,7 @@ class Taps(Task):
         with collected() as messages:
             for name in point["files"]:
                 try:
-                    if not Path(name).is_file():
-                        raise ValueError(f"{name}: there is no such file")
-                    answer: Any = self.build(self.measure(Path(name)), others)
+                    answer: Any = self.build(self.measure(existing(name, Path(name))), others)
                     if self.build is not waves_at:
                         answer = instance("answer(...)", answer, Identification, "an Identification").to_dataset()
                     answers.append(answer[[*NONE, "unit", "unit_size"]].assign_attrs(fits=answer.sizes.get("mode", 1)))

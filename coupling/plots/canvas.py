@@ -32,17 +32,15 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
         return instance("ax", ax, Axes, "Axes of matplotlib, or None for a new figure")
     from matplotlib import pyplot
 
-    return _marked(pyplot.figure(figsize=(width, height), layout="constrained"))
+    return own_axes(width, height, pyplot.figure)
 
 
-def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
-    """Return the axes of a new figure that is not known to pyplot, for a file."""
+def own_axes(width: float = WIDTH, height: float = HEIGHT, make: Any = None) -> "Axes":
+    """Return the axes of a new figure, which may be resized. make: makes it; by default one that pyplot does not know,
+    for a file."""
     from matplotlib.figure import Figure
 
-    return _marked(Figure((width, height), layout="constrained"))
-
-
-def _marked(figure: Any) -> "Axes":
+    figure = (make or Figure)(figsize=(width, height), layout="constrained")
     figure.set_gid(MARK)
     axes: Axes = figure.add_subplot()
     return axes

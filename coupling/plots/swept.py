@@ -97,7 +97,14 @@ def swept(
         ax.plot(x, curve, style, color=colour, markersize=4.0, linewidth=1.1, label=label)
         gaps = np.flatnonzero(np.isnan(curve))
         if gaps.size:
-            reasons = [_reason(data.isel({along: int(gap), **at}), sensor, wave) for gap in gaps]
+            reasons = list[str]()
+            for gap in gaps:
+                point = data.isel({along: int(gap), **at})
+                said = [str(point[key].values) for key in ("error", "reason") if key in point]
+                waves = reflections(point, sensor) if sensor and not any(said) and kind_of(point) else None
+                missing = getattr(waves, wave, waves and waves.secondary)
+                why = missing.reason if isinstance(missing, NoWave) else "no such wave was found"
+                reasons.append(next(filter(None, said), why))
             # Reasons that differ only in numbers appear once.
             kinds = Counter(NUMBER.sub("#", reason) for reason in reasons)
             last = {NUMBER.sub("#", reason): reason for reason in reasons}
@@ -115,15 +122,6 @@ def swept(
     styled(ax, label_of(values[along]), name)
     legend_below(ax, f"{wave} wave" if other else "")
     return ax
-
-
-def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
-    """Return why a point has no such wave."""
-    if said := [str(point[name].values) for name in ("error", "reason") if name in point and str(point[name].values)]:
-        return said[0]
-    waves = reflections(point, sensor) if sensor and kind_of(point) else None
-    missing = getattr(waves, wave, waves and waves.secondary)
-    return missing.reason if isinstance(missing, NoWave) else "no such wave was found"
 
 
 def words_of(values: xr.DataArray) -> str:

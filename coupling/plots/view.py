@@ -216,7 +216,17 @@ class Scene:
         sides = np.ptp(motion.position.values, axis=0) * ([2.0, 1.0, 1.0] if self.flat else 1.0)
         usual = round_number(0.1 * sides[sides > 0.0].min() / size.max()) if size.max() > 0.0 else 1.0
         self.factor = usual if factor is None else not_negative("factor", factor)
-        high = self.upper_end(values) if highest is None else positive("highest", highest, unit)
+        if highest is None:
+            # A round number that most of the body does not exceed, or the greatest value if it is near that.
+            sizes = grid_of(motion, motion.position.values).compute_cell_sizes()
+            of_cells = abs(values[:, motion.cells.values].mean(axis=2))
+            order = np.argsort(of_cells, axis=None)
+            passed = np.cumsum(np.broadcast_to(abs(sizes["Area"] + sizes["Volume"]), of_cells.shape).ravel()[order])
+            most = float(of_cells.ravel()[order[np.searchsorted(passed, COLOURED * passed[-1])]])
+            high = float(abs(values).max())
+            high = high or 1.0 if most > 0.5 * high or most == 0.0 else round_number(most, up=True)
+        else:
+            high = positive("highest", highest, unit)
         scale, unit = handy([5.0 * high], unit)  # in which the highest value is 0.2 or more
         self.values, self.ends = scale * values, (-scale * high if show == "deflection" else 0.0, scale * high)
         words, greatest = f"{name} ({unit})", abs(self.values).max()
@@ -248,16 +258,6 @@ class Scene:
             "position_x": 0.2, "position_y": 0.1 * BAR / window[1], "width": 0.6, "height": BAR / window[1],
             "vertical": False,
         }  # fmt: skip
-
-    def upper_end(self, values: NDArray[np.float64]) -> float:
-        """Return a round number that most of the body does not exceed, or the greatest value if it is near that."""
-        sizes = grid_of(self.motion, self.motion.position.values).compute_cell_sizes()
-        of_cells = abs(values[:, self.motion.cells.values].mean(axis=2))
-        order = np.argsort(of_cells, axis=None)
-        passed = np.cumsum(np.broadcast_to(abs(sizes["Area"] + sizes["Volume"]), of_cells.shape).ravel()[order])
-        usual = float(of_cells.ravel()[order[np.searchsorted(passed, COLOURED * passed[-1])]])
-        greatest = float(abs(values).max())
-        return greatest or 1.0 if usual > 0.5 * greatest or usual == 0.0 else round_number(usual, up=True)
 
     def body(self, number: int | None = None, part: int | None = None) -> Any:
         """Return the body at rest, or magnified at a time; all of it, or a part."""

@@ -19,7 +19,7 @@ from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
 from particles.kernels.motion import WORK_ROWS, forces_of_chains
 from particles.moving import ChainState, MovingChain
-from structures.checks import count_of, each, finite, instance, one_of, positive, short
+from structures.checks import count_of, each, existing, finite, instance, one_of, positive, short
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -118,8 +118,7 @@ def run_in_precice(
         one_of("names", key, called)
         instance(f"names[{key!r}]", name, str, "a name in the configuration")
     file = Path(instance("configuration", configuration, str | Path, "the name of a file"))  # type: ignore[arg-type]
-    if not file.is_file():
-        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
+    existing(f"configuration = {short(str(configuration))}", file)
     side = Side(file.absolute(), {**called, **names}, direction, positions)
     inputs = {"configuration": str(configuration), "names": side.names}
     if isinstance(body, Structure):
@@ -266,19 +265,24 @@ def _coupled(
             f"positions = {short(side.positions)}: must hold {count_of(count, 'position')}, one for each contact"
         )
     try:
-        import precice
+        from precice import Participant
     except ImportError as error:
         raise ImportError(
-            f'preCICE needs pyprecice ({error}): install preCICE 3, then pip install "hertzlink[precice]"'
+            f"hertzlink needs version 3 of preCICE and pyprecice ({error}): install preCICE 3, then pip install "
+            '"hertzlink[precice]"'
         ) from error
-    if not hasattr(precice, "Participant"):
-        raise ImportError("hertzlink needs version 3 of preCICE and pyprecice; an older one is installed")
     mesh, (read_name, written_name) = side.names["mesh"], (side.names[name] for name in data)
-    participant = precice.Participant(side.names["participant"], str(side.file), 0, 1)
+    participant = Participant(side.names["participant"], str(side.file), 0, 1)
     dimensions = participant.get_mesh_dimensions(mesh)
     try:
         try:
-            directions = _directions(side, [participant.get_data_dimensions(mesh, side.names[name]) for name in data])
+            sizes, given = [participant.get_data_dimensions(mesh, side.names[name]) for name in data], side.direction
+            if (given is None) == (max(sizes) > 1) or (given is not None and not np.any(given)):
+                vectors = f"{max(sizes)} numbers, not all zero, because the data are vectors"
+                must = vectors if max(sizes) > 1 else "None, since displacement and force are scalars"
+                raise ValueError(f"direction = {short(given)}: must be {must}")
+            directions = [np.ones(1) if size == 1 else _vector("direction", given, size) for size in sizes]
+            directions = [one / np.linalg.norm(one) for one in directions]
             places = np.zeros((count, dimensions))
             for k, position in enumerate(side.positions or ()):
                 places[k] = _vector(f"positions[{k}]", position, dimensions)
@@ -308,19 +312,6 @@ def _coupled(
             participant.finalize()
         raise
     participant.finalize()
-
-
-def _directions(side: Side, sizes: list[int]) -> list[Vector]:
-    """Return the directions of the data that are read and of those that are written; 1 for scalars."""
-    given = side.direction
-    if given is not None and max(sizes) == 1:
-        raise ValueError(f"direction = {short(given)}: must be None, since displacement and force are scalars")
-    if given is None and max(sizes) > 1:
-        raise ValueError(f"direction = None: must be given as {max(sizes)} numbers, because the data are vectors")
-    directions = [np.ones(1) if size == 1 else _vector("direction", given, size) for size in sizes]
-    if not all(map(np.any, directions)):
-        raise ValueError(f"direction = {short(given)}: must not be zero")
-    return [one / np.linalg.norm(one) for one in directions]
 
 
 def _vector(name: str, value: Any, size: int) -> Vector:

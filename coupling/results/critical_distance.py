@@ -79,10 +79,6 @@ def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[f
     i = int(outside[-1])
     if i + 1 == x.size:
         return nan, float(x[i]), inf
-    share = (y[i] - crossed_level(y[i], level, tolerance)) / (y[i] - y[i + 1])
+    crossed = level + float(np.copysign(tolerance, y[i] - level))  # the edge of the tolerance on the side of the sample
+    share = (y[i] - crossed) / (y[i] - y[i + 1])
     return float(x[i] + share * (x[i + 1] - x[i])), float(x[i]), float(x[i + 1])
-
-
-def crossed_level(outside: float, far: float, tolerance: float) -> float:
-    """Return the edge of the band far ± tolerance on the side of a sample outside it."""
-    return far + float(np.copysign(tolerance, outside - far))

@@ -75,13 +75,9 @@ def archive(path: Path) -> bytes | list[Channel]:
     if any(name.endswith(".npy") for name in names):
         with np.load(path, allow_pickle=False) as arrays:
             return of_arrays(dict(arrays))
-    if not any(name.startswith("xl/") for name in names):
-        raise ValueError("it holds neither arrays nor a workbook")
     sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object, engine="openpyxl").values()
     tables = [sheet.to_csv(sep="\t", header=False, index=False) for sheet in sheets if len(sheet) >= FEWEST_SAMPLES]
-    if not tables:
-        raise ValueError(f"no sheet has {FEWEST_SAMPLES} or more lines")
-    return bytes(tables[0].encode())
+    return bytes(tables[0].encode()) if tables else []
 
 
 def tdms(path: Path) -> list[Channel]:
@@ -106,17 +102,15 @@ def hdf5(path: Path) -> list[Channel]:
     import h5py  # type: ignore[import-untyped]
 
     check_hdf5(path, str(path))
-    arrays, units = dict[str, Any](), dict[str, str]()
-
-    def keep(name: str, item: Any) -> None:
-        is_text = item.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"struct")
-        if isinstance(item, h5py.Dataset) and not is_text:
-            unit = item.attrs.get("units", item.attrs.get("unit", ""))
-            units[name] = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-            arrays[name] = item[()]
-
+    items, arrays, units = dict[str, Any](), dict[str, Any](), dict[str, str]()
     with h5py.File(path, "r") as file:
-        file.visititems(keep)
+        file.visititems(items.__setitem__)
+        for name, item in items.items():
+            is_text = item.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"struct")
+            if isinstance(item, h5py.Dataset) and not is_text:
+                unit = item.attrs.get("units", item.attrs.get("unit", ""))
+                units[name] = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
+                arrays[name] = item[()]
     return of_arrays(arrays, units)
 
 

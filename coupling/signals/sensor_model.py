@@ -57,11 +57,11 @@ class SensorModel:
     damping: Annotated[float, Quantity()] = 0.02
 
     def __post_init__(self) -> None:
-        if (self.stiffness is None) != (self.mass is None):
-            lacking = "mass" if self.mass is None else "stiffness"
-            raise ValueError(f"{lacking} = None: must be given, because a resonance needs stiffness and mass")
-        if self.time_constant is None and self.bandwidth is None and self.stiffness is None:
-            raise ValueError("time_constant = None: give it, or a bandwidth, or stiffness and mass")
+        resonance, others = [self.stiffness, self.mass], [self.time_constant, self.bandwidth]
+        if resonance.count(None) == 1 or not any([*resonance, *others]):
+            raise ValueError(
+                f"stiffness = {self.stiffness}, mass = {self.mass}: give both, or else a time_constant or a bandwidth"
+            )
 
     def response(self, time: ArrayLike, force: ArrayLike) -> Vector:
         """Return the force that the sensor reports, N, for a force at equal time steps (s, N)."""
@@ -97,8 +97,6 @@ class SensorModel:
     def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
         """Return the measured signal of sensors like this one. `sensors`: by default all sensors of a signal."""
         instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
-        if sensors is None and kind_of(signal) != SIGNAL:
-            raise ValueError("sensors = None: must name the beads of a run that are sensors, such as [7, 13]")
         return self._each(signal, sensors, self.response, "Seen by")
 
     def correct(self, signal: xr.Dataset) -> xr.Dataset:
@@ -112,16 +110,18 @@ class SensorModel:
         mean = -np.expm1(-ratio) / ratio
         first, second = mean - np.exp(-ratio), 1.0 - mean
 
-        def restored(time: Vector, seen: Vector) -> Vector:
-            lost = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
-            return np.asarray(seen + np.append(0.0, lost))
-
-        return self._each(signal, None, restored, "Loss of charge restored for")
+        return self._each(
+            signal, None,
+            lambda _, seen: seen + np.append(0.0, np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)),
+            "Loss of charge restored for",
+        )  # fmt: skip
 
     def _each(
         self, signal: xr.Dataset, sensors: Iterable[int] | None, change: Callable[[Vector, Vector], Vector], how: str
     ) -> xr.Dataset:
-        forces, beads = dict[int, Vector](), signal.sensor.values.tolist() if sensors is None else sensors
+        forces, beads = dict[int, Vector](), sensors
+        if sensors is None and kind_of(signal) == SIGNAL:
+            beads = signal.sensor.values.tolist()
         for sensor in listed("sensors", beads, object, "one bead number or more"):
             number = whole("sensors", sensor)
             force = sensor_force(signal, number)

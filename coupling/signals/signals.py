@@ -1,7 +1,6 @@
 """Measured signals: the Dataset of a run's sensors, made from arrays or read from an oscilloscope's file."""
 
 from collections.abc import Mapping
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -190,10 +189,11 @@ def read_signal(
     for sensor, unit_read in units.items():
         factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
         if unit_read == "N":
-            if calibration is not None:
-                raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
-        elif factor is None or finite("calibration", factor, "N/V") == 0.0:
+            is_wrong, cure = calibration is not None, "must be left out where the unit is N"
+        else:
+            is_wrong = factor is None or finite("calibration", factor, "N/V") == 0.0
             cure = f"give a number of N/V for sensor {sensor}, not zero, such as calibration = 25"
+        if is_wrong:
             raise ValueError(f"calibration = {calibration!r}: {cure}")
         forces[sensor] = (factor or 1.0) * forces[sensor][cut]
     names = {n: str(file) for n, file in named.items()} if isinstance(path, Mapping) else str(path)
@@ -238,11 +238,13 @@ def _dataset(
     if positions is None:
         return data
     instance("positions", positions, Mapping, "a mapping from sensor number to position, such as {7: 0.062}")
-    if missing := [sensor for sensor in forces if sensor not in positions]:
-        raise ValueError(f"positions = {dict(positions)!r}: must hold sensor {missing[0]}, a position in m")
-    places = {sensor: finite(f"positions[{sensor}]", positions[sensor], "m") for sensor in forces}
-    if any(places[after] <= places[before] for before, after in pairwise(sorted(places))):
-        raise ValueError(f"positions = {dict(positions)!r}: must increase with the number of the sensor")
+    places = {n: finite(f"positions[{n}]", positions[n], "m") for n in forces if n in positions}
+    if len(places) < len(forces) or (np.diff([places[n] for n in sorted(places)]) <= 0.0).any():
+        held = ", ".join(map(str, forces))
+        raise ValueError(
+            f"positions = {dict(positions)!r}: must hold a position in m for each of the sensors {held}, which "
+            "increases with the number of the sensor"
+        )
     about = {"units": "m", "long_name": "position along the chain"}
     return data.assign_coords(centre=("sensor", [*places.values()], about))
 

@@ -57,11 +57,10 @@ def average_taps(signals: Sequence[xr.Dataset], sensor: int | None = None) -> xr
     chosen = numbers[0] if sensor is None else whole("sensor", sensor)
     step = float(taps[0].time[1] - taps[0].time[0])
     for k, tap in enumerate(taps):
-        own = float(tap.time[1] - tap.time[0])
-        if tap.sensor.values.tolist() != numbers:
-            raise ValueError(f"signals[{k}]: has sensors {tap.sensor.values.tolist()}, must have {numbers}")
-        if abs(own - step) > 1e-3 * step:
-            raise ValueError(f"signals[{k}]: has a sample every {own:.4g} s, must be {step:.4g} s")
+        own, sensors = float(tap.time[1] - tap.time[0]), tap.sensor.values.tolist()
+        if sensors != numbers or abs(own - step) > 1e-3 * step:
+            has = f"has sensors {sensors} with a sample every {own:.4g} s"
+            raise ValueError(f"signals[{k}]: {has}, must have sensors {numbers} with one every {step:.4g} s")
         waves = SignalWaves(tap.time.values, np.asarray(Reading(tap).measured(chosen).values), 0.5).peaks
         if not waves:
             raise ValueError(f"signals[{k}]: sensor {chosen} recorded no wave; leave this tap out")

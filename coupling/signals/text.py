@@ -72,10 +72,10 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     if falls:
         raise ValueError(f"{path}: column {falls[0]} decreases from line to line; if it is the time, it must increase")
     if swapped := [column for column in chosen if rises(numbers[column])]:
-        increases = f"{path}: column {swapped[0]} increases from line to line, as a time does"
+        entry, cure = "sensors", ": are the columns swapped? They count from 0; the time is time_column"
         if columns is None:
-            raise ValueError(f"interval: {increases}, and is for a file without times; leave it out")
-        raise ValueError(f"sensors: {increases}: are the columns swapped? They count from 0; the time is time_column")
+            entry, cure = "interval", ", and is for a file without times; leave it out"
+        raise ValueError(f"{entry}: {path}: column {swapped[0]} increases from line to line, as a time does{cure}")
     time_of = {column: max([c for c in rising if c < column], default=min(rising, default=None)) for column in chosen}
     timed_by = sorted({column for column in time_of.values() if column is not None})
     samples, left_out = samples_in(path, lines, table, numbers, timed_by, chosen)

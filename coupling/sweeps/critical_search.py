@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
-from coupling.results.critical_distance import FEWEST, LABEL, crossed_level, last_crossing
+from coupling.results.critical_distance import FEWEST, LABEL, last_crossing
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Task, run_points, shown
@@ -180,7 +180,7 @@ class _Search:
         slow, self.before = high - low > 0.5 * self.before, high - low
         if slow or high - low <= 2.0 * self.bracket:
             return [round(0.5 * (low + high), 9)]
-        level = crossed_level(y[x.searchsorted(low)], 0.0, self.tolerance)
+        level = float(np.copysign(self.tolerance, y[x.searchsorted(low)]))
         near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
         spline = CubicSpline(x[near], y[near])
         crossing = brentq(lambda d: spline(d) - level, low, high)

@@ -29,12 +29,8 @@ disk, a missing package or a call with wrong arguments, concern every point."""
 Outcome = xr.Dataset | Failure
 
 
-class Stopped(KeyboardInterrupt, SystemExit):
+class Stopped(SystemExit, KeyboardInterrupt):
     """Ctrl-C in a sweep with a store. A script that does not catch it ends with its message, on one line."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__(message)
-        self.code = message
 
 
 @dataclass(frozen=True)
@@ -46,6 +42,9 @@ class Task:
     measure: Callable[[xr.Dataset], xr.Dataset] | None = None
     store: Store | None = None
     sources: str = field(default_factory=own_sources)
+
+    goes_on = False
+    """Whether other points go on without a store if one fails because of its values."""
 
     def run(self, point: Point) -> xr.Dataset:
         """Return what is kept of a point's run, with all warnings in its attributes. Errors name the point."""
@@ -64,23 +63,22 @@ class Task:
             raise ValueError(f"measure: must not return {ERROR_VARIABLE!r}, in which a sweep reports failed points")
         return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
-    def attempt(self, point: Point) -> Outcome:
-        """Return the result of a point, or a Failure for an error that concerns this point alone."""
-        try:
-            return self.run(point)
-        except POINT_ERRORS as error:
-            return Failure(type(error).__name__, str(error))
-
     def outcome(self, point: Point) -> Outcome:
-        """Return the result of a point; with a store, write the outcome, which may be a Failure."""
-        if self.store is None:
-            return self.run(point)
-        outcome = self.attempt(point)
+        """Return the result of a point. If others go on, an error that concerns this point alone becomes a Failure; a
+        store keeps the outcome."""
+        outcome: Outcome
         try:
-            self.store.keep(point, outcome)
-        except ValueError as error:
-            outcome = Failure("ValueError", str(error))
-            self.store.keep(point, outcome)
+            outcome = self.run(point)
+        except POINT_ERRORS as error:
+            if self.store is None and not self.goes_on:
+                raise
+            outcome = Failure(type(error).__name__, str(error))
+        if self.store is not None:
+            try:
+                self.store.keep(point, outcome)
+            except ValueError as error:
+                outcome = Failure("ValueError", str(error))
+                self.store.keep(point, outcome)
         return outcome
 
     def outcomes(self, points: Sequence[Point]) -> list[Outcome]:

@@ -5,7 +5,6 @@ code of the builder and of the functions that it calls, the data that these use 
 """
 
 import dis
-import errno
 import inspect
 import json
 import os
@@ -19,6 +18,7 @@ from hashlib import sha256
 from importlib import import_module
 from importlib.util import resolve_name
 from pathlib import Path
+from tempfile import TemporaryFile
 from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
@@ -60,8 +60,7 @@ class Store:
         self.folder = Path(folder)
         try:
             self.folder.mkdir(exist_ok=True)
-            if not os.access(self.folder, os.W_OK | os.X_OK):
-                raise OSError(errno.EACCES, "it is perhaps read-only")
+            TemporaryFile(dir=self.folder).close()
         except OSError as error:
             raise ValueError(f"store = {str(folder)!r}: must be a writable folder; {error.strerror}") from error
         self.inputs = [own_sources(), *map(identity, inputs)]
@@ -80,9 +79,10 @@ class Store:
         except FileNotFoundError:
             return None
         except (OSError, ValueError, LookupError) as error:
-            if reason := getattr(error, "strerror", None):  # an error of the system, not of the content
-                raise ValueError(f"store: {path} cannot be read ({reason})") from error
-            raise ValueError(f"store: {path} is damaged ({error}); delete it, so that its point runs again") from error
+            # Errors of the system, not of the content, have this attribute.
+            reason = getattr(error, "strerror", None)
+            damaged = f"is damaged ({error}); delete it, so that its point runs again"
+            raise ValueError(f"store: {path} {f'cannot be read ({reason})' if reason else damaged}") from error
         failure = data.attrs.pop("failure", None)
         return Failure(*failure) if failure is not None else data
 
@@ -199,15 +199,16 @@ def _imports(code: CodeType, package: str | None) -> Iterator[str]:
 
 
 def _source(what: Any) -> str:
-    try:
-        # Python 3.13 shows the text of `python -c` as the source of whatever was made by eval.
-        if isinstance(what, FunctionType) and what.__code__.co_filename == "<string>":
-            raise OSError("made from a string")
-        return inspect.getsource(what)
-    except (OSError, TypeError) as error:
+    text = ""
+    # Python 3.13 shows the text of `python -c` as the source of whatever was made by eval.
+    if not isinstance(what, FunctionType) or what.__code__.co_filename != "<string>":
+        with suppress(OSError, TypeError):
+            text = inspect.getsource(what)
+    if not text:
         raise ValueError(
             f"store: the source of {short(what)} cannot be read, so a change would not be noticed; write it into a file"
-        ) from error
+        )
+    return text
 
 
 def _is_users(module: str) -> bool:

@@ -346,7 +346,7 @@ SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arang
         ({"until": -1.0}, "until = -1.0: must be a positive number of s"),
         ({"sensors": [99]}, r"sensor = 99|sensor 99"),
         ({"signal": SIGNAL.assign_coords(sensor=[12])}, r"sensors = \[12\]: must be beads from 1 to 10"),
-        ({"signal": wall(3e9).run(1e-5)}, "must name the beads of a run that are compared"),
+        ({"signal": wall(3e9).run(1e-5)}, "sensors = None: must be a list of one bead number or more"),
         ({"modulus": (3e9, 3e9)}, r"modulus = \(3.*\): must be the lowest and the highest value"),
         ({"modulus": 3e9}, "modulus = 3000000000.0: must be the lowest and the highest value"),
         ({"modulus": (1e9, np.inf)}, "modulus = inf: must be a finite number"),

@@ -99,18 +99,18 @@ def test_runs_become_signals() -> None:
     seen = hl.SensorModel(bandwidth=5e4).apply(run, sensors=[8])
     assert float(seen.sensor_force.max()) < float(hl.sensor_force(run, 8).max())
     assert np.isfinite(float(hl.amplitude_ratio(seen, 8)))
-    with pytest.raises(ValueError, match="sensors = None: must name the beads of a run"):
+    with pytest.raises(ValueError, match="sensors = None: must be a list of one bead number or more"):
         hl.SensorModel(bandwidth=5e4).apply(run)
 
 
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({}, "time_constant = None: give it, or a bandwidth"),
+        ({}, "stiffness = None, mass = None: give both, or else a time_constant or a bandwidth"),
         ({"time_constant": -1e-3}, "time_constant = -0.001"),
         ({"bandwidth": 0.0}, "bandwidth = 0.0"),
-        ({"stiffness": 1e8}, "mass = None: must be given"),
-        ({"mass": 1e-3}, "stiffness = None: must be given"),
+        ({"stiffness": 1e8}, r"stiffness = 1.*, mass = None: give both"),
+        ({"mass": 1e-3}, r"stiffness = None, mass = 0\.001: give both"),
         ({"bandwidth": 1e5, "damping": 0.0}, "damping = 0.0"),
     ],
 )

@@ -143,7 +143,7 @@ def test_a_file_for_each_sensor(tmp_path: Path) -> None:
         ({"baseline": "start"}, "baseline = 'start'"),
         ({"baseline": -1.0}, "baseline = -1.0"),
         ({"baseline": 1.0}, "baseline = 1.0: must be shorter"),
-        ({"positions": {8: 0.1}}, "must hold sensor 7"),
+        ({"positions": {8: 0.1}}, "for each of the sensors 7, which increases"),
         ({"positions": {7: np.nan}}, r"positions\[7\] = nan"),
     ],
 )
