@@ -137,7 +137,7 @@ def with_more_beads(speed):
 
 
 NONE = [
-    (lambda speed: build(impact_speed=speed).replace(window=hl.Adaptive(1e-4)), "has no derivatives; it needs one"),
+    (lambda speed: build(impact_speed=speed).replace(window=hl.Adaptive(1e-4)), "has no derivatives; it needs Condensed"),
     (lambda speed: build(impact_speed=speed).replace(structure=Wall(), scheme=hl.Aitken()), "has no derivatives"),
     (lambda speed: build, "must be a CoSimulation"),
     (with_more_beads, "speed: build fails at .*has another number of beads than"),
@@ -182,7 +182,7 @@ def test_a_budget_says_once_what_the_user_must_know(draws):
 
 
 SPREADS = [
-    ({}, "spreads: name the uncertainty of at least one parameter"),
+    ({}, "parameters: name at least one argument of build"),
     ({"thickness": "1 %"}, "takes modulus, impact_speed, but the parameters are thickness"),
     ({"modulus": "-1 %"}, "modulus = '-1 %': must be a standard uncertainty"),
     ({"modulus": "much"}, "modulus = 'much': must be a standard uncertainty"),
