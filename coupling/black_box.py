@@ -396,4 +396,3 @@ def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: fl
                     f"{body.name}.advance gives back more energy than it received, {-work:.3g} J up to t = "
                     f"{loop.time:.6g} s; check the sign and the unit of the displacement, or set passive = False"
                 )
-    frames.count_damping(interface)

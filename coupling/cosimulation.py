@@ -14,10 +14,11 @@ from coupling.recording.dataset import dataset
 from coupling.recording.frames import Frames, kept_at
 from coupling.results.findings import warn
 from coupling.results.provenance import folded
+from coupling.results.schema import LAST
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed
+from structures.checks import count_of, instance, listed
 from structures.described import checked_call
 from structures.fineness import Fineness, fineness, finer, times_shorter
 from structures.moving import MovingStructure
@@ -244,9 +245,22 @@ class CoSimulation:
 
     def describe(self) -> dict[str, Any]:
         """Return the full input as plain data."""
+        interface = self.interface
+        chains = [chain.chain.describe() for chain in interface.chains]
+        structures: list[Any] = [
+            structure.describe() if isinstance(structure, MovingStructure) else structure.name
+            for structure in interface.structures
+        ]
+        for contact in interface.contacts:
+            if contact.end == LAST and interface.chains[contact.chain].surface is None:
+                structures[contact.structure] = None
+        bodies: dict[str, Any] = {"chain": chains[0], "structure": structures[0]}
+        if not interface.single:
+            contacts = [list(contact) for contact in interface.contacts]
+            bodies = {"chains": chains, "structures": structures, "contacts": contacts}
         asked = {} if self.most_steps == MOST_OF_A_RUN else {"most_steps": self.most_steps}
         whole = {} if self.reduces else {"reduce": False}
-        return {**self.interface.describe(), "scheme": repr(self.scheme), **asked, **whole}
+        return {**bodies, "scheme": repr(self.scheme), **asked, **whole}
 
     @cached_property
     def _described(self) -> dict[str, Any]:
@@ -254,4 +268,11 @@ class CoSimulation:
         return folded(self.describe())  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
-        return f"CoSimulation({self.interface.in_words()}; {self.scheme!r})"
+        interface, chain, body = self.interface, self.chain, self.structure
+        if len(interface.chains) > 1 or len(interface.structures) > 1:
+            counts = {"chain": len(interface.chains), "structure": len(interface.structures), "contact": interface.size}
+            words = ", ".join(count_of(count, name) for name, count in counts.items())
+        else:
+            name = body.structure.origin.get("kind", "structure") if isinstance(body, MovingStructure) else body.name
+            words = f"{count_of(len(chain.chain.beads), 'bead')} on {'nothing' if chain.surface is None else name}"
+        return f"CoSimulation({words}; {self.scheme!r})"

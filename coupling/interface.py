@@ -11,7 +11,6 @@ from particles.chain import Chain
 from particles.contacts import coordinates, joined
 from particles.deformable.deformable_chain import moving_chain
 from particles.moving import ChainState, MovingChain
-from structures.checks import count_of
 from structures.described import described
 from structures.moving import MovingStructure
 from structures.quantities import Count
@@ -96,12 +95,12 @@ class Interface:
         moving = list[MovingChain]()
         for number, chain in enumerate(chains):
             # The surfaces that the ends face, and the flexibilities in series with them, m/N.
-            ends: list[Any] = []
+            sides: list[Any] = []
             for _, _, place, point in (self.contacts[k] for k in self.of_chain[number]):
                 body = self.structures[place]
                 spring = float(body.structure.flexibilities[point]) if isinstance(body, MovingStructure) else 0.0
-                ends += [body.surfaces[point], spring]
-            surface, flexibility, back, spring = [*ends, None, 0.0][:4]
+                sides += [body.surfaces[point], spring]
+            surface, flexibility, back, spring = [*sides, None, 0.0][:4]
             if facing[number] is None:
                 surface, flexibility = None, 0.0
             moving.append(moving_chain(chain, surface, flexibility, behind=back, behind_flexibility=spring, **settings))
@@ -124,29 +123,6 @@ class Interface:
             for place, structure in enumerate(self.structures)
             if isinstance(structure, MovingStructure) and structure.structure.damping is not None
         ]
-
-    def describe(self) -> dict[str, Any]:
-        """Return the chains, structures and contacts as plain data."""
-        chains = [chain.chain.describe() for chain in self.chains]
-        structures: list[Any] = [
-            structure.describe() if isinstance(structure, MovingStructure) else structure.name
-            for structure in self.structures
-        ]
-        if self.single:
-            return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
-        for contact in self.contacts:
-            if contact.end == LAST and self.chains[contact.chain].surface is None:
-                structures[contact.structure] = None
-        return {"chains": chains, "structures": structures, "contacts": [list(contact) for contact in self.contacts]}
-
-    def in_words(self) -> str:
-        """Return a line of text: the number of beads and the structure, or numbers of chains, structures, contacts."""
-        if len(self.chains) > 1 or len(self.structures) > 1:
-            counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
-            return ", ".join(count_of(count, name) for name, count in counts.items())
-        body, alone = self.structures[0], self.chains[0].surface is None
-        name = body.structure.origin.get("kind", "structure") if isinstance(body, MovingStructure) else body.name
-        return f"{count_of(len(self.chains[0].chain.beads), 'bead')} on {'nothing' if alone else name}"
 
     def together(self, states: Sequence[ChainState]) -> tuple[Vector, Vector]:
         """Return the positions and the velocities of all chains, one after the other."""

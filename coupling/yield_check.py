@@ -55,15 +55,15 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
     # A law of yielding uses the strength of one body for both if that of the other is not known.
     unknown = dict[str, None]()
     for chain in chains:
-        for pair, contact in zip(chain.pairs, chain.yielding or (), strict=False):
-            if contact is None or contact.law.yield_strength is not None:
+        for pair, beyond in zip(chain.pairs, chain.yielding or (), strict=False):
+            if beyond is None or beyond.law.yield_strength is not None:
                 continue
             for material in (surface_of(side).material for side in pair or ()):
                 if material.yield_strength is None:
-                    taken = contact.bodies.material.name or "the other body"
+                    taken = beyond.bodies.material.name or "the other body"
                     words = (
                         f"strength: the yield strength of {material.name or 'a body'} is not known; that of {taken}, "
-                        f"{1e-6 * contact.bodies.strength:.4g} MPa, is used where they touch; give "
+                        f"{1e-6 * beyond.bodies.strength:.4g} MPa, is used where they touch; give "
                         "Material(..., yield_strength=)"
                     )
                     unknown[words] = None

@@ -1,6 +1,5 @@
 """Plots of AR and TOF over a parameter of a sweep, with the reasons for missing values."""
 
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -97,18 +96,16 @@ def swept(
         ax.plot(x, curve, style, color=colour, markersize=4.0, linewidth=1.1, label=label)
         gaps = np.flatnonzero(np.isnan(curve))
         if gaps.size:
-            reasons = list[str]()
+            reasons = dict[str, list[str]]()  # those that differ only in numbers are together
             for gap in gaps:
                 point = data.isel({along: int(gap), **at})
                 said = [str(point[key].values) for key in ("error", "reason") if key in point]
                 waves = reflections(point, sensor) if sensor and not any(said) and kind_of(point) else None
                 missing = getattr(waves, wave, waves and waves.secondary)
                 why = missing.reason if isinstance(missing, NoWave) else "no such wave was found"
-                reasons.append(next(filter(None, said), why))
-            # Reasons that differ only in numbers appear once.
-            kinds = Counter(NUMBER.sub("#", reason) for reason in reasons)
-            last = {NUMBER.sub("#", reason): reason for reason in reasons}
-            texts = [f"{last[kind]} ({count_of(many, 'point')})" for kind, many in kinds.items()]
+                why = next(filter(None, said), why)
+                reasons.setdefault(NUMBER.sub("#", why), []).append(why)
+            texts = [f"{many[-1]} ({count_of(len(many), 'point')})" for many in reasons.values()]
             mark_missing(ax, x[gaps], number, label=f"no {wave} wave: {'; '.join(texts)}")
     if not is_number:
         ax.set_xticks(x, [plain(str(value)) for value in values[along].values])

@@ -85,13 +85,3 @@ class Frames:
             ChainFrames(saved.force[:, own], velocity, saved.deepest[own], saved.position[:, place], energy)
             for own, velocity, place, energy in zip(self.contacts, velocities, self.places, saved.chain, strict=True)
         ]
-
-    def count_damping(self, interface: Interface) -> None:
-        """Enter the energy that the damping of linear structures took: their work less their energy.
-
-        The midpoint rule satisfies this balance exactly.
-        """
-        for place in interface.damped:
-            frames = self.saved.structure[place]
-            work = self.saved.work["work"][interface.touching[place]].sum(axis=0)
-            frames["taken"] = work - frames["kinetic"] - frames["elastic"]

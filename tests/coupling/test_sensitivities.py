@@ -137,7 +137,7 @@ def with_more_beads(speed):
 
 
 NONE = [
-    (lambda speed: build(impact_speed=speed).replace(window=hl.Adaptive(1e-4)), "has no derivatives; it needs Condensed"),
+    (lambda speed: build(impact_speed=speed).replace(window=hl.Adaptive(1e-4)), "it needs Condensed"),
     (lambda speed: build(impact_speed=speed).replace(structure=Wall(), scheme=hl.Aitken()), "has no derivatives"),
     (lambda speed: build, "must be a CoSimulation"),
     (with_more_beads, "speed: build fails at .*has another number of beads than"),
