@@ -53,7 +53,7 @@ def length_of(
 ) -> float:
     """Return the length of the prediction, s: `until`; or if that is None, four times the time of a wave through the
     chain, but not longer than the record, s, or than the time for which the structure was reduced. example: of an
-    unknown, for the ValueError if build takes others, or if there is none."""
+    unknown, for the message if there is none."""
     check_build(build, {unknown.name: None for unknown in ranges}, "unknowns", example)
     if until is not None:
         return positive("until", until, "s")
