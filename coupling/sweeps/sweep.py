@@ -224,10 +224,8 @@ def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: 
     by_point = {shown(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
     findings = gathered(by_point, len(outcomes))
     if failures:
-        findings = [
-            f"sweep: {len(failures)} of {len(outcomes)} points failed, see the variable error; {AGAIN}",
-            *findings,
-        ]
+        failed = f"sweep: {len(failures)} of {len(outcomes)} points failed, see the variable error; {AGAIN}"
+        findings = [failed, *findings]
     return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), findings)
 
 
