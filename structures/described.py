@@ -4,7 +4,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, is_dataclass
-from functools import cached_property, wraps
+from functools import cached_property, partial, wraps
 from types import NoneType, UnionType
 from typing import Annotated, Any, TypeVar, Union, dataclass_transform, get_args, get_origin, get_type_hints
 
@@ -142,7 +142,7 @@ def described(target: Thing) -> Thing:
     Traceback (most recent call last):
     ValueError: side = -1.0: must be a positive number of m
     """
-    return described_as()(target)
+    return _described(target)  # type: ignore[no-any-return]
 
 
 @dataclass_transform(frozen_default=True)
@@ -155,19 +155,7 @@ def described_as(
     that a case file may use for it. eq: whether objects with equal fields are equal; arrays cannot be compared so.
     """
 
-    def describe(target: Any) -> Any:
-        product = _class(target, eq) if inspect.isclass(target) else _function(target)
-        for name, parameter in inspect.signature(product).parameters.items():
-            if parameter.annotation is parameter.empty:
-                raise ValueError(
-                    f"{target.__name__}: {name} must have an annotation, such as {name}: float or "
-                    f"{name}: hl.quantities.Length, by which its arguments are checked"
-                )
-        product.__described__ = Described(product, what, called, also)
-        _ALL[target.__module__, target.__qualname__] = product.__described__
-        return product
-
-    return describe
+    return partial(_described, what=what, called=called, also=also, eq=eq)
 
 
 def checked_call(target: Thing) -> Thing:
@@ -212,25 +200,36 @@ def _hints(target: Any) -> dict[str, Any]:
         return dict(inspect.get_annotations(target))
 
 
-def _class(target: Any, eq: bool) -> Any:
-    if "__init__" in vars(target):  # its arguments need not be its fields
-        target.__init__ = checked_call(target.__init__)
-        return target
-    before = getattr(target, "__post_init__", None)
+def _described(target: Any, what: str = "", called: str = "", also: tuple[str, ...] = (), eq: bool = True) -> Any:
+    """Return a class as a frozen dataclass, or a function, with checks, and note its description."""
+    product: Any = target
+    if not inspect.isclass(target):
+        product = _function(target)
+    elif "__init__" in vars(target):  # its arguments need not be its fields
+        product.__init__ = checked_call(product.__init__)
+    else:
+        before = getattr(target, "__post_init__", None)
 
-    def __post_init__(self: Any) -> None:
-        # Only the most derived class checks, so that no argument is checked twice.
-        entry: Described = type(self).__described__
-        if entry.target is product:
-            called = vars(self).get("name", "")
-            for name, value in entry.checked(vars(self), type(self).__name__ + f" {called!r}" * bool(called)).items():
-                object.__setattr__(self, name, value)
-        if before is not None:
-            before(self)
+        def __post_init__(self: Any) -> None:
+            # Only the most derived class checks, so that no argument is checked twice.
+            entry: Described = type(self).__described__
+            if entry.target is product:
+                kind, own = type(self).__name__, vars(self).get("name")
+                for name, value in entry.checked(vars(self), f"{kind} {own!r}" if own else kind).items():
+                    object.__setattr__(self, name, value)
+            if before is not None:
+                before(self)
 
-    target.__post_init__ = __post_init__
-    inherited = target.__repr__ is not object.__repr__ and not hasattr(target.__repr__, "__wrapped__")
-    product = dataclass(frozen=True, eq=eq, repr=not inherited)(target)
+        product.__post_init__ = __post_init__
+        inherited = target.__repr__ is not object.__repr__ and not hasattr(target.__repr__, "__wrapped__")
+        product = dataclass(frozen=True, eq=eq, repr=not inherited)(target)
+    for name, parameter in inspect.signature(product).parameters.items():
+        if parameter.annotation is parameter.empty:
+            raise ValueError(
+                f"{target.__name__}: {name} must have an annotation, such as {name}: float or "
+                f"{name}: hl.quantities.Length, by which its arguments are checked"
+            )
+    product.__described__ = _ALL[target.__module__, target.__qualname__] = Described(product, what, called, also)
     return product
 
 

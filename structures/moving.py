@@ -12,7 +12,6 @@ from structures.kernels import linear
 from structures.linear_algebra.factor import SMALL_MATRIX, check_definite
 from structures.stepping import ImplicitMidpoint, OscillatorStep, StructureState, modes_of
 from structures.structure import Structure, Vector
-from structures.surface import Surface
 
 # The largest number of degrees of freedom for which a structure coupled by damping uses the compiled loop. With more,
 # the dense product of a window takes as long as a sparse solve.
@@ -44,23 +43,14 @@ class MovingStructure:
 
     def __init__(self, structure: Structure) -> None:
         self.structure = instance("structure", structure, Structure, "a Structure")
-        self._vectors, self._contacts = self.structure.contact_vectors, self.structure.contacts
-        self._steps: dict[float, OscillatorStep | ImplicitMidpoint] = {}
-
-    @property
-    def surface(self) -> Any:
-        """Material and curvature at the contact: a Surface, or a tuple of them for several contacts."""
-        return self.structure.surface
-
-    @property
-    def surfaces(self) -> tuple[Surface, ...]:
-        """Material and curvature at each of the K contacts."""
-        return self.structure.surfaces
-
-    @property
-    def size(self) -> int:
+        self.size = structure.size
         """The number of degrees of freedom."""
-        return self.structure.size
+        self.surface = structure.surface
+        """Material and curvature at the contact: a Surface, or a tuple of them for several contacts."""
+        self.surfaces = structure.surfaces
+        """Material and curvature at each of the K contacts."""
+        self._vectors, self._contacts = structure.contact_vectors, structure.contacts
+        self._steps: dict[float, OscillatorStep | ImplicitMidpoint] = {}
 
     def describe(self) -> dict[str, Any]:
         """Return how the structure was made, as plain data."""

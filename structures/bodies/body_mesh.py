@@ -47,10 +47,9 @@ class BodyMesh:
         read = read_mesh(source)
         blocks = [i for i, block in enumerate(read.cells) if block.type not in NO_VOLUME and len(block.data)]
         kinds = sorted({read.cells[i].type for i in blocks})
-        if not kinds:
-            raise ValueError("mesh: must have tetrahedra or hexahedra; mesh the volume, save it (in gmsh as a group)")
-        if len(kinds) > 1 or kinds[0] not in CELL_TYPES:
-            raise ValueError(f"mesh: has cells of type {names(kinds)}; must have one type of {names(CELL_TYPES)}")
+        if len(kinds) != 1 or kinds[0] not in CELL_TYPES:
+            has = f"cells of type {names(kinds)}" if kinds else "no solid cells (mesh the volume, save it as a group)"
+            raise ValueError(f"mesh: has {has}; must have one type of {names(CELL_TYPES)}")
         (kind,) = kinds
         make, self.element, corners, self.order = CELL_TYPES[kind]
         sides = TETRAHEDRON if corners == 4 else HEXAHEDRON

@@ -1,6 +1,5 @@
 """Solid cylinders of one or more bonded layers, struck on the axis: axisymmetric linear elasticity."""
 
-from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from math import ceil, isclose
@@ -112,49 +111,33 @@ def layered_cylinder(
 def _nodes(depths: Vector, radius: float, patch: float, coarsest: list[float], cells: int) -> tuple[Vector, Vector]:
     """Return the nodes in r and in z, m; depths: of the faces of the layers. coarsest: largest cell of each layer."""
 
-    def about_patch(beyond: Vector) -> Vector:
-        """Size of cells at a distance beyond the edge of the patch (negative inside)."""
-        # The pressure drops to zero at the edge: without smaller cells there the compliance is 0.2 % off.
-        return np.minimum(patch + 1.2 * np.maximum(beyond, 0.0), patch / 4.0 + 2.0 * np.abs(beyond)) / cells
+    def graded(start: float, end: float, edge: float, corners: Vector, largest: float) -> Vector:
+        """Return nodes from start to end, m, without the first, about as far apart as cells are large: equal ∫ dx/size.
 
-    def about_corner(beyond: Vector) -> Vector:
-        """Size of cells at a distance from the rim, an interface or the base."""
+        edge: the end of the patch. corners: places of singular stresses. largest: the largest cell.
+        """
+        near = 0.5 * np.geomspace(1e-7, 1.0, 1000)
+        fine = start + (end - start) * np.concatenate([[0.0], near, 1.0 - near[-2::-1], [1.0]])
+        # The pressure drops to zero at the edge: without smaller cells there the compliance is 0.2 % off.
+        beyond, corner = fine - edge, np.abs(fine - corners[:, None]).min(axis=0)
+        at_patch = np.minimum(patch + 1.2 * np.maximum(beyond, 0.0), patch / 4.0 + 2.0 * np.abs(beyond)) / cells
         # Stresses are singular in the corners of bonded materials (Williams, J. Appl. Mech. 19 (1952) 526): cells 16
         # times as large there make steel on a short layer of PTFE 3.6 % too stiff.
-        return (radius / 16.0 + 2.0 * np.abs(beyond)) / cells
-
-    def across(r: Vector) -> Vector:
-        return np.minimum(np.minimum(about_patch(r - patch), about_corner(radius - r)), min(coarsest))
-
-    def along(coarse: float, z: Vector) -> Vector:
-        nearest = np.abs(z - depths[1:, None]).min(axis=0)
-        return np.minimum(np.minimum(about_patch(z), about_corner(nearest)), coarse)
+        at_corner = (radius / 16.0 + 2.0 * np.abs(corner)) / cells
+        density = fineness().cells / np.minimum(np.minimum(at_patch, at_corner), largest)
+        passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
+        count = ceil(min(MOST_CELLS, passed[-1] * (1.0 - 1e-9)))
+        nodes: Vector = np.interp(np.linspace(0.0, passed[-1], count + 1), passed, fine)
+        nodes[-1] = end
+        return nodes[1:]
 
     pieces = [(0.0, patch)] if patch == radius else [(0.0, patch), (patch, radius)]
-    rings = [_graded(start, end, across)[1:] for start, end in pieces]
+    rings = [graded(start, end, patch, np.array([radius]), min(coarsest)) for start, end in pieces]
     layers = [
-        _graded(start, end, partial(along, coarse))[1:]
-        for coarse, (start, end) in zip(coarsest, pairwise(depths), strict=True)
+        graded(start, end, 0.0, depths[1:], largest)
+        for largest, (start, end) in zip(coarsest, pairwise(depths), strict=True)
     ]
     r, z = np.concatenate([[0.0], *rings]), np.concatenate([[0.0], *layers])
-    _check_size(float(r.size * z.size))
+    if r.size * z.size > MOST_CELLS:
+        raise ValueError(f"patch_radius, highest_frequency, cells: must make at most {MOST_CELLS} elements")
     return r, z
-
-
-def _graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vector:
-    """Nodes from start to end, m, about `size` apart: at equal steps of ∫ dx/size."""
-    near = 0.5 * np.geomspace(1e-7, 1.0, 1000)
-    fine = start + (end - start) * np.concatenate([[0.0], near, 1.0 - near[-2::-1], [1.0]])
-    density = fineness().cells / size(fine)
-    passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
-    _check_size(float(passed[-1]))
-    nodes: Vector = np.interp(np.linspace(0.0, passed[-1], ceil(passed[-1] * (1.0 - 1e-9)) + 1), passed, fine)
-    nodes[0], nodes[-1] = start, end
-    return nodes
-
-
-def _check_size(cells: float) -> None:
-    if not cells <= MOST_CELLS:
-        raise ValueError(
-            f"patch_radius, highest_frequency, cells: must make at most {MOST_CELLS} elements, not {cells:.3g}"
-        )

@@ -113,11 +113,8 @@ def say(line: str) -> None:
 
 def has_own_piece(value: Any) -> bool:
     """Return whether an argument contains a piece that is not hertzlink's."""
-    return isinstance(value, tuple) and (not is_ours(type(value)) or any(map(has_own_piece, value)))
-
-
-@cache
-def is_ours(kind: type) -> bool:
-    """Return whether a class of pieces is hertzlink's, or Python's."""
-    room, _, place = kind.__module__.partition(".")
-    return room == "builtins" or (room in ROOMS and place.startswith("kernels."))
+    if not isinstance(value, tuple):
+        return False
+    room, _, place = type(value).__module__.partition(".")
+    is_ours = room == "builtins" or (room in ROOMS and place.startswith("kernels."))
+    return not is_ours or any(map(has_own_piece, value))

@@ -19,16 +19,6 @@ def without_small(number: float) -> float:
     return number if abs(number) >= SMALLEST else 0.0
 
 
-@inner(forceinline=True)
-def add(row: Vector, force: float, state: Vector) -> None:
-    """Add a response to a state; negligible numbers become zero.
-
-    Sums are not contracted. So `follow` gives the same bits, and what a run saves does not change its motion.
-    """
-    for i in range(row.size):
-        state[i] = without_small(state[i] + force * row[i])
-
-
 class Linear(NamedTuple):
     """Structures over a window of fixed length. Either all are oscillators, or all have dense matrices.
 
@@ -62,8 +52,13 @@ def read(structure: Any, k: int, state: Vector) -> float:
 
 @inner()
 def push(structure: Any, k: int, force: float, state: Vector) -> None:
-    """Add the response to a mean force on contact k, N, over a window to the state."""
-    add(structure.response[k], force, state)
+    """Add the response to a mean force on contact k, N, over a window to the state; negligible numbers become zero.
+
+    Sums are not contracted. So `follow` gives the same bits, and what a run saves does not change its motion.
+    """
+    row = structure.response[k]
+    for i in range(row.size):
+        state[i] = without_small(state[i] + force * row[i])
 
 
 @inner(forceinline=True)

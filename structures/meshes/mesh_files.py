@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from structures.checks import existing
+from structures.checks import existing, instance
 
 BY_GMSH = {".msh": "gmsh", ".med": "Salome"}
 # Formats and the programs that write them
@@ -49,8 +49,7 @@ def read_mesh(source: Any) -> Any:
 
     if isinstance(source, meshio.Mesh):
         return source
-    if not isinstance(source, str | Path):
-        raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
+    instance("mesh", source, (str, Path), "the path of a file, or a meshio.Mesh")
     path, name = Path(source), f"mesh = {str(source)!r}"
     suffix = existing(name, path).suffix.lower()
     if suffix not in FORMATS:
@@ -62,13 +61,10 @@ def read_mesh(source: Any) -> Any:
         raise ValueError(f"{name}: must be a {suffix} file of {FORMATS[suffix]}, beginning with {STARTS[suffix][0]!r}")
     read = {".vtu": meshio.vtu.read, ".vtk": meshio.vtk.read, ".xdmf": meshio.xdmf.read, ".xmf": meshio.xdmf.read}
     try:
-        mesh = read.get(suffix, _by_gmsh)(path)
+        return read.get(suffix, _by_gmsh)(path)
     except (meshio.ReadError, meshio.vtu._vtu.CorruptionError, *DAMAGE) as error:
         reason = " ".join(f"{error}".split())[:200]
         raise ValueError(f"{name}: cannot be read as a {suffix} file of {FORMATS[suffix]} ({reason})") from error
-    if not mesh.cells:
-        raise ValueError(f"{name}: has no cells that can be read from a {suffix} file of {FORMATS[suffix]}")
-    return mesh
 
 
 @contextmanager
@@ -121,10 +117,8 @@ def _by_gmsh(path: Path) -> Any:
                 called, _, _, count, *_ = gmsh.model.mesh.getElementProperties(kind)
                 at = np.searchsorted(tags, nodes, sorter=order)
                 at = order[np.minimum(at, len(order) - 1)].reshape(-1, count)
-                if len(tags) == 0 or (tags[at].ravel() != nodes).any():
-                    raise ValueError("a cell has a point that is not defined")
-                if int(kind) not in gmsh_to_meshio_type:
-                    raise ValueError(f"cells of type {called} are not supported")
+                if int(kind) not in gmsh_to_meshio_type or len(tags) == 0 or (tags[at].ravel() != nodes).any():
+                    raise ValueError(f"cells of type {called} are not supported, or have a point that is not defined")
                 name = gmsh_to_meshio_type[int(kind)]
                 cells.append((name, at[:, ORDER[name]] if name in ORDER else at))
                 entities.append((dimension, entity))

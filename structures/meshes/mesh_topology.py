@@ -31,11 +31,11 @@ def edge_lengths(points: Vector, corners: Numbers, sides: Sides) -> Vector:
 
 def without_duplicates(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
     """Return the cells without duplicates, and the new number of each cell."""
-    first, number = _kinds(np.sort(cells[:, :corners], axis=1))
+    _, first, number = np.unique(np.sort(cells[:, :corners], axis=1), axis=0, return_index=True, return_inverse=True)
     counted = np.sort(first)
     if counted.size < len(cells):
         caution(f"mesh: {len(cells) - counted.size} of {len(cells)} cells are duplicates and are dropped")
-    return cells[counted], np.searchsorted(counted, first[number])
+    return cells[counted], np.searchsorted(counted, first[number.ravel()])
 
 
 def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float) -> None:
@@ -47,8 +47,8 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     width = place.shape[1]
     facets = corners[:, place].reshape(-1, width)
     owner = np.repeat(np.arange(len(corners)), len(place))
-    first, same = _kinds(np.sort(facets, axis=1))
-    order, times = np.argsort(same, kind="stable"), np.bincount(same)
+    _, first, same = np.unique(np.sort(facets, axis=1), axis=0, return_index=True, return_inverse=True)
+    order, times = np.argsort(same.ravel(), kind="stable"), np.bincount(same.ravel())
     if times.max() > 2:
         raise ValueError(f"mesh: {times.max()} cells share a side near {near(points[facets[first[times.argmax()]]])}")
     ends = np.cumsum(times)[times == 2]
@@ -79,9 +79,3 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
         raise ValueError(f"mesh: {parts} parts of the body share no side of a cell and {how}; {seam}: {join}")
     if close.any():
         caution(f"mesh: {seam}, but are not joined: a crack, or parts that touch; {join}")
-
-
-def _kinds(rows: Numbers) -> tuple[Numbers, Numbers]:
-    """Return the index of the first of equal rows, for each kind, and the kind of each row."""
-    _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first, kind.ravel()

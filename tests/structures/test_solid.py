@@ -255,7 +255,7 @@ def twice() -> meshio.Mesh:
         (changed(TETRA, points=POINTS[:, :2]), r"points have shape \(216, 2\); must be finite, with three coordinates"),
         (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite"),
         (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
-        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "must have tetrahedra or hexahedra"),
+        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "has no solid cells .*; must have one type of 'tetra'"),
         (meshio.Mesh(POINTS, [("tetra20", FIRST[:, [0] * 20])]), "cells of type 'tetra20'; must have one type"),
         (twice(), "2 parts of the body share no side of a cell and have no common point"),
     ],
