@@ -15,7 +15,7 @@ from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflection
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.case import YIELDING
-from hertzlink.cases.tasks import Task, count_of_beads, of_chain
+from hertzlink.cases.tasks import Task, count_of_beads
 from structures.caution import caution, collected
 from structures.checks import count_of
 
@@ -120,7 +120,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     for chain, sensor in product(chains, task.sensors):
         if sensor > count_of_beads(task.case, chain):
             continue
-        run = of_chain(data, chain)
+        run = data.isel(chain=chain) if "chain" in data.dims else data
         of = f" of chain {chain}" if len(chains) > 1 else ""
         traces[f"force at bead {sensor}{of} (N)"] = sensor_force(run, sensor).values
         try:

@@ -178,14 +178,9 @@ def builder_of(task: Task) -> Callable[..., CoSimulation]:
     return build
 
 
-def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
-    """Return the part of a run that belongs to one of its chains."""
-    return run.isel(chain=chain) if "chain" in run.dims else run
-
-
 def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: int) -> xr.Dataset:
     """Return what a sweep keeps of a run: AR and TOF of both waves at each sensor, and perhaps the forces."""
-    run = of_chain(run, chain)
+    run = run.isel(chain=chain) if "chain" in run.dims else run
     data = xr.Dataset(coords={"sensor": list(sensors)}, attrs=run.attrs)
     for prefix, wave in (("", "primary"), ("secondary_", "secondary")):
         for read in (amplitude_ratio, time_of_flight):

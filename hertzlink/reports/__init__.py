@@ -2,7 +2,7 @@
 
 import base64
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -149,12 +149,12 @@ def page_of(
             what = f"is of {type(result).__name__}" if has_cure else f"= {short(result)}"
             cure = "the run with the budget, budget.noted_in(run, ...)" if has_cure else "a run, a sweep, a signal"
             raise ValueError(f"result {what}: must be {cure}, or the result of identify or map_taps")
-        sketch, page.texts = sketch_and_input(data, setup)
+        # A map may continue an earlier one.
+        sketch, page.texts, page.facts = origin_of(data, None if "taps" in data else took, setup)
     page.title = title or page.title
     page.pictures[:0] = sketch
     # With a second result the warnings of both were gathered when their tables were made, and name their spot.
     page.warnings = one_of_each([*findings_of(data), *(said if yielded is None else ())])
-    page.facts = usual_facts(None if "taps" in data else took, data.attrs)  # a map may continue an earlier one
     return page
 
 
@@ -172,15 +172,6 @@ def environment() -> "Environment":
         loader=PackageLoader("hertzlink", "."), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-
-
-def usual_facts(took: float | None, attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return when the report was made, how long the computation took (s), and the versions that a result holds."""
-    numbers = stored(attributes.get("versions")) or versions()
-    facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
-    if took is not None:
-        facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
-    return [*facts, ("versions", ", ".join(f"{name} {number}" for name, number in numbers.items()))]
 
 
 def default_style() -> AbstractContextManager[None]:
@@ -209,8 +200,13 @@ def svg(figure: "Figure") -> str:
     return text.getvalue()
 
 
-def sketch_and_input(data: xr.Dataset, setup: Any = None) -> tuple[list[Picture], list[tuple[str, str]]]:
-    """Return a sketch of the set-up, if it is known, and the input that a result holds as texts with titles."""
+def origin_of(
+    data: xr.Dataset, took: float | None, setup: Any = None
+) -> tuple[list[Picture], list[tuple[str, str]], list[tuple[str, str]]]:
+    """Return where a result comes from: a sketch of the set-up, if it is known; the input, as texts with titles; facts.
+
+    took: the time of the computation, s.
+    """
     pictures, source = list[Picture](), data if setup is None else setup
     if setup is not None:
         sketches.described_input(setup, "setup")  # refuses what cannot be drawn
@@ -219,4 +215,10 @@ def sketch_and_input(data: xr.Dataset, setup: Any = None) -> tuple[list[Picture]
     texts = [("The case", str(data.attrs["case"]))] if "case" in data.attrs else []
     if inputs := stored(data.attrs.get("input")):
         texts.append(("The whole input, in SI units", json.dumps(folded(inputs), indent=1, ensure_ascii=False)))
-    return pictures, texts
+
+    facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
+    if took is not None:
+        facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
+    numbers = stored(data.attrs.get("versions")) or versions()
+    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in numbers.items())))
+    return pictures, texts, facts

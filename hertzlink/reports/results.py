@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.inference.identification import AT_END, BLIND, IDENTIFIED, NUISANCE, Unknown, unknowns_of
+from coupling.inference.identification import AT_END, BLIND, IDENTIFIED, NUISANCE, unknowns_of
 from coupling.inference.tap_maps import MEASURED
 from coupling.plots import traces
 from coupling.plots.canvas import COLOURS, from_zero, in_words, legend_below, styled
@@ -256,7 +256,17 @@ def identification_page(data: xr.Dataset) -> Page:
     page, unknowns = Page("Identification"), unknowns_of(data)
     size = f"its residual is {float(data.attrs['misfit']):.3g} times the noise"
     if data.attrs["explained"]:
-        found = ", ".join(unknown_in_words(unknown) for unknown in unknowns if unknown.verdict != NUISANCE)
+        values = list[str]()
+        for one in (one for one in unknowns if one.verdict != NUISANCE):
+            name, unit = in_words(one.name.split(".")[-1]), one.unit
+            if not unit and (unit := unit_of(one.name)):  # of a builder's argument its name says it
+                factor, unit = handy([one.value], unit)
+                one = replace(one, unit=unit, unit_size=1.0 / factor)
+            _, value, interval, _ = one.row()
+            end = ", at the end of its range" if one.verdict == AT_END else ""
+            said = f"{f'{name} {value} {unit}'.rstrip()} ({interval}){end}"
+            values.append(f"{name} not determined by the signal" if one.verdict == BLIND else said)
+        found = ", ".join(values)
         page.sentences += [f"{found[:1].upper()}{found[1:]}.", f"The model explains the signal: {size}."]
     else:
         page.sentences.append(f"No value can be trusted: the model does not explain the signal; {size}.")
@@ -289,19 +299,6 @@ def identification_page(data: xr.Dataset) -> Page:
     words = "Correlations: unknowns near 1 or −1 cannot be distinguished."
     picture("correlation", words, "correlation", height=WIDTH - 1.0, folded=True)
     return page
-
-
-def unknown_in_words(unknown: Unknown) -> str:
-    """Return a value with its interval, or that the signal does not determine it."""
-    name = in_words(unknown.name.split(".")[-1])
-    if not unknown.unit and (unit := unit_of(unknown.name)):  # of a builder's argument its name says it
-        factor, unit = handy([unknown.value], unit)
-        unknown = replace(unknown, unit=unit, unit_size=1.0 / factor)
-    _, value, interval, _ = unknown.row()
-    if unknown.verdict == BLIND:
-        return f"{name} not determined by the signal"
-    end = ", at the end of its range" if unknown.verdict == AT_END else ""
-    return f"{name} {value} {unknown.unit}".rstrip() + f" ({interval}){end}"
 
 
 def map_page(data: xr.Dataset) -> Page:

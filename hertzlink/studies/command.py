@@ -38,7 +38,7 @@ def write(
 
     The comment of the data is a remark on all files; the time that the study took, s, is their attribute `time_taken`.
     """
-    from hertzlink.reports import Page, Picture, Table, html, sketch_and_input, usual_facts
+    from hertzlink.reports import Page, Picture, Table, html, origin_of
 
     of, (rows, figures), remark = study(name), found, str(data.attrs.get("comment", ""))
     text, first = "\n\n".join(filter(None, (remark, table(rows)))), answer(rows)
@@ -53,12 +53,11 @@ def write(
             figure.savefig(into / f"{title}.{form}", metadata={REMARKS[form]: remark} if remark else None)
 
         words, took = captions(name), data.attrs.get("time_taken")
-        sketch, texts = sketch_and_input(data)
+        sketch, texts, facts = origin_of(data, None if took is None else float(took))
         about = [first, STUDIES[name], "Equations, figures, tables and sections are those of the thesis."]
         pictures = [*(Picture(figure, words[title], title) for title, figure in figures.items()), *sketch]
         numbers = [row.cells for row in rows], [row.remark for row in rows]
         tables = [Table("Numbers of the thesis and of hertzlink", tuple(HEAD), *numbers)]
-        facts = usual_facts(None if took is None else float(took), data.attrs)
         page = Page(f"Study {name}", about, pictures, tables, one_of_each(findings_of(data)), texts, facts, remark)
         (into / "report.html").write_text(html(page), encoding="utf-8")
 
