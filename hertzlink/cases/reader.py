@@ -194,8 +194,8 @@ def _value(value: Any, kind: Any, notes: tuple[Any, ...], path: Path, context: C
     fault, text, note_of = "", shown(value), {type(note): note for note in notes}
     if kind in OF_MATERIAL:
         # Materials of the case come before those of hertzlink.
-        known = {name_key(name): call for name, call in context.materials.items()}
-        own = known.get(name_key(value)) if isinstance(value, str) else None
+        key, mine = name_key(value), context.materials.items()
+        own = next((call for name, call in mine if name_key(name) == key), None)
         if not isinstance(value, str):
             fault = f'{text} must be the name of a material, such as "PTFE", or a table of its properties'
         elif own and own.form.target is OrthotropicMaterial and kind is not OrthotropicMaterial:
