@@ -12,7 +12,6 @@ from structures.material import Material
 from structures.quantities import Angle, Likely, OneOf
 from structures.surface import Surface
 
-STANDARD_GRAVITY = 9.81  # m/s², as in the thesis
 BeadLength = Annotated[float, Likely.BEAD]
 
 
@@ -265,4 +264,4 @@ def drop_speed(height: Annotated[float, Likely.HEIGHT]) -> float:
     --------
     >>> speed = hl.drop_speed(height=0.01)
     """
-    return sqrt(2.0 * STANDARD_GRAVITY * height)
+    return sqrt(2.0 * 9.81 * height)  # 9.81 m/s² as in the thesis

@@ -21,8 +21,7 @@ from structures.quantities import Angle, Likely
 from structures.structure import Vector
 from structures.surface import Surface
 
-LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
-"""A function of two bodies, or of a body and a surface, that returns the law of their contact."""
+LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]  # of two bodies, or of a body and a surface
 
 
 @described
@@ -105,9 +104,7 @@ class Chain:
 
     @cached_property
     def excitation(self) -> Excitation:
-        if isinstance(self.striker, Excitation):
-            return self.striker
-        return Impact(self.striker, self.impact_speed or 0.0)
+        return self.striker if isinstance(self.striker, Excitation) else Impact(self.striker, self.impact_speed or 0.0)
 
     @property
     def gravity_along(self) -> float:

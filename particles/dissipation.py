@@ -236,12 +236,11 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
             form[place] = CONTACT_PIECES.index(loss.piece)
 
     # A user's own piece has one coefficient for each contact; its other numbers are the same for all contacts.
-    pieces: list[Any] = [loss.piece for loss in given if not isinstance(loss.piece, str)]
-    if not pieces:
+    piece: Any = next((loss.piece for loss in given if not isinstance(loss.piece, str)), None)
+    if piece is None:
         return Losses(coefficient, exponent, form, drag_rate, on_body)
-    numbers = {
-        tuple(getattr(loss, name) for name in pieces[0]._fields[1:]) for loss in given if loss.piece == pieces[0]
-    }
-    if len(numbers) > 1 or any(loss.piece != pieces[0] for loss in given):
+    alike = [loss for loss in given if loss.piece is piece]
+    numbers = {tuple(getattr(loss, name) for name in piece._fields[1:]) for loss in alike}
+    if len(numbers) > 1 or len(alike) < len(given):
         raise ValueError("dissipation: must be the same in all chains of a run if it has a piece of its own")
-    return pieces[0](coefficient, *numbers.pop())
+    return piece(coefficient, *numbers.pop())

@@ -32,9 +32,8 @@ class Drive:
         right = history.ndim == 2 and len(history) == 3 and history.size > 0 and np.isfinite(history).all()
         rising = right and history[0, 0] == 0.0 and np.all(np.diff(history[0]) > 0.0)
         if self.kind not in (FREE, PUSHED, MOVED, STEADY) or not rising:
-            raise ValueError(
-                f"Drive({self.kind!r}, {short(self.history)}): must have a valid kind, and a history of 3 × n numbers"
-            )
+            given = f"Drive({self.kind!r}, {short(self.history)})"
+            raise ValueError(f"{given}: must have a valid kind, and a history of 3 × n numbers")
         object.__setattr__(self, "history", history)
 
 
@@ -82,9 +81,7 @@ class Impact(Excitation):
         return self.impact_speed
 
     def energy(self, mass: float, gravity: float) -> float:
-        if self.body is None:
-            return 0.5 * mass * (self.impact_speed or STILL) ** 2
-        return 0.5 * self.body.mass * self.impact_speed**2
+        return 0.5 * (self.body.mass if self.body else mass) * (self.impact_speed or STILL) ** 2
 
 
 @described

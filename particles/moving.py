@@ -99,9 +99,8 @@ class MovingChain:
         if isinstance(law := self.chain.law, ContactLaw) and unchanging(law) is not law:
             object.__setattr__(self, "chain", replace(self.chain, law=unchanging(law)))
         if self.behind is not None and self.chain.excitation.drive.kind in (FREE, MOVED):
-            raise ValueError(
-                f"striker = {short(self.chain.striker)}: must be None or a PushedBead if a structure stands behind"
-            )
+            given = f"striker = {short(self.chain.striker)}"
+            raise ValueError(f"{given}: must be None or a PushedBead if a structure stands behind")
         _ = self.rest, self.strongest_loss  # these check loads, laws, bodies and the loss
         deepest = self._deepest_alone
         for name, contact in (("flexibility", -1), ("behind_flexibility", 0)):
@@ -188,7 +187,7 @@ class MovingChain:
         yielding = contacts.once_per_pair(self.pairs, lambda pair, i: law.contact(*pair, self.laws[i]))
         if not any(yielding):
             raise ValueError(f"law = {law!r}: must have a yield_strength, as no material of the chain has one")
-        return tuple(yielding)
+        return tuple(contact if contact is not None and contact.overlap < inf else None for contact in yielding)
 
     @fact
     def model(self) -> kernels.Chains:
@@ -269,7 +268,7 @@ class MovingChain:
         # The memory: limits, stiffnesses and dents; see `Yielding`.
         limit, hard, dent = np.full(force.size, NEVER), self.stiffness, np.zeros(force.size)
         for i, (contact, overlap) in enumerate(zip(self.yielding, self.preload, strict=True)):
-            if contact is not None and contact.overlap < inf:
+            if contact is not None:
                 limit[i] = max(contact.overlap, overlap)
                 if overlap > contact.overlap:
                     dent[i] = contact.dent(overlap)

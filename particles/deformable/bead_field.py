@@ -97,8 +97,7 @@ class BeadField:
     def at_rest(self, struck: Push, far: Push) -> Vector:
         """Return the amplitudes of the modes in a bead that these forces accelerate uniformly, √kg·m."""
         modes = self.vibration
-        amplitude: Vector = (modes.struck * struck.force - modes.far * far.force) / modes.frequencies**2
-        return amplitude
+        return np.asarray((modes.struck * struck.force - modes.far * far.force) / modes.frequencies**2)
 
     def _load(self, push: Push) -> Vector:
         """Return the nodal forces on the struck half, N, for Hertz's pressure, proportional to √(1 − r²/a²)."""

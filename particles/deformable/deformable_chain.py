@@ -115,10 +115,8 @@ class MovingDeformableChain(MovingChain):
             return self.laws
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
         in_modes = np.add(softness, [*softness[1:], 0.0]).tolist()
-        return tuple(
-            law and _local_law(law, flexibility, self._deepest(law), self.chain.modes)
-            for law, flexibility in zip(self.laws, in_modes, strict=True)
-        )
+        pairs = zip(self.laws, in_modes, strict=True)
+        return tuple(law and _local_law(law, part, self._deepest(law), self.chain.modes) for law, part in pairs)
 
     def _deepest(self, law: ContactLaw) -> float:
         """Return the approach, m, at which one contact would hold all energy, plus that of the largest static force."""
@@ -137,14 +135,12 @@ class MovingDeformableChain(MovingChain):
         viscous = vibrations.rate * self.amplitudes(velocity)
         acceleration = vibrations.struck * behind - vibrations.far * ahead - elastic - viscous
         section = np.array([np.zeros(self.chain.modes - 1) if s is None else s.section for s in self.shapes])
-        force: Vector = 0.5 * (behind + ahead)[:, :, 0] - (section * acceleration).sum(axis=2)
-        return force
+        return np.asarray(0.5 * (behind + ahead)[:, :, 0] - (section * acceleration).sum(axis=2))
 
     def vibration_energy(self, position: Vector, velocity: Vector) -> Vector:
         """Return the kinetic and elastic energy of each body's modes, times × bodies, J."""
         amplitude, rate = self.amplitudes(position), self.amplitudes(velocity)
-        energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
-        return energy
+        return np.asarray(0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2))
 
 
 def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:

@@ -25,7 +25,7 @@ class Drives(NamedTuple):
 @inner(forceinline=True)
 def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
     """Return the outer forces on body 0 and on bead 1, without gravity, and the force of the history, N."""
-    push = place_and_speed(drive, c, t)[0] if drive.kind[c] == PUSHED else 0.0
+    push = history(drive, c, t)[0] if drive.kind[c] == PUSHED else 0.0
     return drive.spring[c] * max(drive.spring_end[c] - place, 0.0), push + drive.preload[c], push
 
 
@@ -36,7 +36,7 @@ def energy_of_loads(drive: Any, c: int, striker: float, bead: float) -> float:
 
 
 @inner()
-def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
+def history(drive: Any, c: int, t: float) -> tuple[float, float]:
     """Return the value and rate of the history of chain c; of a MOVED body 0, the position (m) and velocity."""
     first, end = drive.begin[c], drive.begin[c + 1]
     times, values, rates = drive.history
@@ -56,10 +56,3 @@ def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
     second, third = 3.0 * rise - 2.0 * start_rate - end_rate, start_rate + end_rate - 2.0 * rise
     value = values[i] + s * (start_rate + s * (second + s * third))
     return value, (start_rate + s * (2.0 * second + 3.0 * s * third)) / step
-
-
-@inner(forceinline=True)
-def mean_rate(drive: Any, c: int, t: float, step: float) -> float:
-    """Return the mean rate of a history over a step, or the rate at its start if the step is zero."""
-    value, rate = place_and_speed(drive, c, t)
-    return (place_and_speed(drive, c, t + step)[0] - value) / step if step > 0.0 else rate

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from particles.kernels import drives as kinds
-from particles.kernels.drives import Drives, energy_of_loads, mean_rate, outer_forces, place_and_speed
+from particles.kernels.drives import Drives, energy_of_loads, history, outer_forces
 from particles.kernels.laws import force_of_step, lost_to_yielding, with_memory
 from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
 from particles.kernels.vibrations import Vibrations, energies_between, forces_between
@@ -90,9 +90,8 @@ class Verlet(NamedTuple):
         """Move the bodies in one pass a step; without losses it becomes vector instructions."""
         law, loss, drive = with_memory(chains.law, y), chains.loss, chains.drive
         striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
-        past, kept_y, kept_v, ahead, lost, past_ahead, flown = (
-            work[0], work[1], work[2], work[3], work[4], work[5], work[6],
-        )  # fmt: skip
+        past, kept_y, kept_v, ahead = work[0], work[1], work[2], work[3]
+        lost, past_ahead, flown = work[4], work[5], work[6]
         first = reached if again else striker
         if first > striker:
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
@@ -104,7 +103,7 @@ class Verlet(NamedTuple):
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 ahead[i], lost[i] = v[i], 0.0
             if drive.kind[c] == kinds.MOVED:
-                ahead[striker] = place_and_speed(drive, c, t)[1]
+                ahead[striker] = history(drive, c, t)[1]
         # Bodies up to `rear` − 1 have no contact and keep their velocities until a body touches them.
         if first == striker:
             flown[striker] = striker if drive.acts[c] else flying(chains, c, y, v, window)
@@ -144,9 +143,10 @@ class Verlet(NamedTuple):
                     lost[striker] += kick * power
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
                 if drive.kind[c] == kinds.MOVED:
-                    v[striker], push = mean_rate(drive, c, now, drift), contact
+                    # The mean rate of the history over the step; at the end there is no step.
+                    (begun, speed), (ended, ahead[striker]) = history(drive, c, now), history(drive, c, now + drift)
+                    v[striker], push = (ended - begun) / drift if drift > 0.0 else speed, contact
                     y[striker] += drift * v[striker]
-                    ahead[striker] = place_and_speed(drive, c, now + drift)[1]
                 else:
                     move_body(loss, chains, striker, y, v, ahead, lost, on_striker - contact, dt, kick, drift)
                 impulse_behind += kick * contact
@@ -241,7 +241,7 @@ class DampedVerlet(NamedTuple):
                     y[i] += dt * half[i]
             if drive.acts[c]:
                 if drive.kind[c] == kinds.MOVED:
-                    y[striker], v[striker] = place_and_speed(drive, c, now)
+                    y[striker], v[striker] = history(drive, c, now)
                     half[striker] = v[striker]
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
                 outer = on_striker, on_bead

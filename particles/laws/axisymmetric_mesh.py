@@ -53,8 +53,7 @@ class Spheroid:
     def drop(self, r: Vector) -> Vector:
         """Return the distance of the surface from the plane that touches it at its pole, m."""
         x = r / self.radius
-        fall: Vector = self.half * x**2 / (1.0 + np.sqrt(1.0 - x**2))
-        return fall
+        return np.asarray(self.half * x**2 / (1.0 + np.sqrt(1.0 - x**2)))
 
 
 @dataclass(frozen=True)
@@ -73,8 +72,7 @@ class Block:
         return np.stack([along, -depth])
 
     def drop(self, r: Vector) -> Vector:
-        fall: Vector = self.curvature * r**2 / (1.0 + np.sqrt(1.0 - (self.curvature * r) ** 2))
-        return fall
+        return np.asarray(self.curvature * r**2 / (1.0 + np.sqrt(1.0 - (self.curvature * r) ** 2)))
 
 
 Body = Spheroid | Block
@@ -82,10 +80,9 @@ Body = Spheroid | Block
 
 def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
     """Return the body of revolution of a bead or a surface, for contacts up to a radius `widest`, m."""
-    if isinstance(bead, Sphere):
-        return Spheroid(bead.material, bead.radius, bead.radius)
-    if isinstance(bead, HollowSphere):
-        return Spheroid(bead.material, bead.radius, bead.radius, bead.inner_radius / bead.radius)
+    if isinstance(bead, Sphere | HollowSphere):
+        hollow = bead.inner_radius / bead.radius if isinstance(bead, HollowSphere) else 0.0
+        return Spheroid(bead.material, bead.radius, bead.radius, hollow)
     if isinstance(bead, Ellipsoid) and bead.axis == "along":
         return Spheroid(bead.material, bead.radius, 0.5 * bead.length)
     if isinstance(bead, Surface) and bead.second_curvature == bead.curvature:
@@ -95,10 +92,8 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
 
 def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector]) -> tuple[Any, Vector, Vector]:
     """Return quadratic cells between places along the surface and depths below it, and both for each node."""
-    if across.size * down.size > MOST_CELLS:
-        raise ValueError(
-            f"spacing: must be larger; it makes {across.size * down.size} cells, at most {MOST_CELLS} are possible"
-        )
+    if (count := across.size * down.size) > MOST_CELLS:
+        raise ValueError(f"spacing: must be larger; it makes {count} cells, at most {MOST_CELLS} are possible")
     flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(across, down))
     along, depth = flat.doflocs
     return replace(flat, doflocs=place(along, depth)), along, depth
@@ -141,8 +136,6 @@ def surface_compliance(body: Body, reach: float, spacing: float, coarser: float 
     # All nodes at the centre of a solid bead are at one place, which axis and mid-plane hold.
     basis, across, axial = motions(mesh)
     end, bottom = place == place.max(), depth == depth.max()
-    if isinstance(body, Block):
-        end = bottom = end | bottom
     held = [across[place == 0.0], axial[end]]
     held += [across[end]] if isinstance(body, Block) else []
     held += [across[bottom], axial[bottom]] if isinstance(body, Block) or body.hollow == 0.0 else []

@@ -99,11 +99,10 @@ _known_law = lru_cache(maxsize=4096)(_law)
 def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
     """Return the largest curvatures, of a body or relative, along the flattest direction and across it, 1/m."""
     flattest, across = ([relative] for relative in relative_curvatures(first, second))
-    parts = [
-        (0.5 * (surface.curvature + other), 0.5 * (surface.curvature - other), 2.0 * surface.direction)
-        for surface in (first, second)
-        for other in [float(surface.second_curvature or 0.0)]
-    ]
+    parts = []
+    for surface in (first, second):
+        other = float(surface.second_curvature or 0.0)
+        parts.append((0.5 * (surface.curvature + other), 0.5 * (surface.curvature - other), 2.0 * surface.direction))
     sharpest = atan2(sum(d * sin(angle) for _, d, angle in parts), sum(d * cos(angle) for _, d, angle in parts))
     for mean, difference, angle in parts:
         turned = difference * cos(angle - sharpest)
@@ -116,9 +115,8 @@ def _line_contact(first: Any, second: Any) -> TabulatedLaw:
     """Return the law of parallel cylinders, or of a cylinder on a plane: each adds c F* (constant − ln w²)."""
     cylinders = [body for body in (first, second) if isinstance(body, Cylinder)]
     if not cylinders or not all(isinstance(body, Cylinder | Surface) for body in (first, second)):
-        raise ValueError(
-            f"second = {second!r}: must not touch the first along a line, unless the chain has a law= for this contact"
-        )
+        must = "must not touch the first along a line, unless the chain has a law= for this contact"
+        raise ValueError(f"second = {second!r}: {must}")
     length = min(body.length for body in cylinders)
     surfaces = surface_of(first), surface_of(second)
     curvatures = [max(surface.curvature, float(surface.second_curvature or 0.0), key=abs) for surface in surfaces]

@@ -98,9 +98,8 @@ def check_contact_law(name: str, law: Any, what: str) -> ContactLaw:
                 expected = float(of_law(np.array([approach]))[0]) if approach > 0.0 else 0.0
                 answer = getattr(piece, member)(alone, 0, approach)
                 if not abs(answer - expected) <= (1e-6 if member == "force" else 1e-3) * abs(expected):
-                    raise ValueError(
-                        f"{name}: {piece.__name__}.{member} at {approach:.3g} m = {answer:.6g}: must be {expected:.6g}"
-                    )
+                    place = f"{name}: {piece.__name__}.{member} at {approach:.3g} m"
+                    raise ValueError(f"{place} = {answer:.6g}: must be {expected:.6g}")
     return law
 
 
@@ -196,9 +195,8 @@ class TabulatedLaw(ContactLaw):
             approaches, forces = approaches[1:], forces[1:]
         many = approaches.size == forces.size >= 2
         if not many or min(approaches[0], forces[0], *np.diff(approaches), *np.diff(forces)) <= 0.0:
-            raise ValueError(
-                f"approaches = {short(self.approaches)}, forces: must be equally many numbers that increase from zero"
-            )
+            given = f"approaches = {short(self.approaches)}, forces"
+            raise ValueError(f"{given}: must be equally many numbers that increase from zero")
         object.__setattr__(self, "approaches", tuple(approaches.tolist()))
         object.__setattr__(self, "forces", tuple(forces.tolist()))
         object.__setattr__(self, "largest", min(self.largest, self.approaches[-1]))

@@ -112,8 +112,7 @@ class Thornton(YieldingLaw):
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         # δ* (1 − F*/F_e), without cancellation at the beginning of yield.
         root = np.sqrt(1.0 + np.asarray(x))
-        dent: Vector = (np.asarray(x) / (1.0 + root)) ** 2 * (root + 0.5) / root
-        return dent
+        return np.asarray((np.asarray(x) / (1.0 + root)) ** 2 * (root + 0.5) / root)
 
 
 @described
@@ -150,8 +149,7 @@ class JacksonGreen(YieldingLaw):
         radius = np.sqrt(self.overlap(bodies) / bodies.radius * y) * (y / ONSET) ** (0.5 * widening)  # a/R
         hardness = 2.84 * -np.expm1(-0.82 * radius**-0.7)
         elastic = y**HERTZ * np.exp(-0.25 * y ** (5.0 / 12.0))
-        force: Vector = elastic + 4.0 * hardness / _onset_factor(bodies) * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0)
-        return force
+        return np.asarray(elastic + 4.0 * hardness / _onset_factor(bodies) * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0))
 
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         part = 1.02 * -np.expm1(-0.54 * np.log1p(np.asarray(x, float) / 6.9))
