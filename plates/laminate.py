@@ -88,8 +88,7 @@ class Ply:
     angle: Angle = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            instance("material", self.material, OrthotropicMaterial, "a Material or an OrthotropicMaterial")
+        instance("material", self.material, (Material, OrthotropicMaterial), "a Material or an OrthotropicMaterial")
 
     @cached_property
     def elasticity(self) -> tuple[Vector, Vector]:

@@ -66,11 +66,8 @@ def remaining_flexibility(section: Section, radius: float) -> float:
     of_plate = partial(plate_deflections, section, bend=bending_by_poisson(section), radius=radius)
     wavenumber, layers = deflections(section)
     edges = np.geomspace(wavenumber[1], wavenumber[-1], 1 + (wavenumber.size - 3) // PANELS[0].size)
-    place, weight = PANELS
-    middle, half = (edges[1:] + edges[:-1])[:, None] / 2.0, np.diff(edges)[:, None] / 2.0
-    inner, weights = (middle + half * place).ravel(), (half * weight).ravel()
-    modulus = section.struck.contact_modulus
-    solid = float(((layers[2:-1] * inner - 2.0 / modulus) * weights).sum())
+    weights, modulus = (np.diff(edges)[:, None] / 2.0 * PANELS[1]).ravel(), section.struck.contact_modulus
+    solid = float(((layers[2:-1] * wavenumber[2:-1] - 2.0 / modulus) * weights).sum())
     # The mean over the disc oscillates and needs more points; its functions are cheap.
     ends = edges[0], edges[-1]
     fine = np.unique(np.concatenate([np.geomspace(*ends, 2001), np.linspace(*ends, 4001)]))
