@@ -113,8 +113,7 @@ def _si(name: str, text: str, unit: str) -> Any:
 def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], Any] = _si) -> Grid:
     """Return the points of a table. convert: takes name, text and unit of a cell and returns its value."""
     file = Path(path) / "points.csv" if Path(path).is_dir() else Path(path)
-    if not file.is_file():
-        raise ValueError(f"{file}: there is no such file or folder; a table has the columns x / mm, y / mm and file")
+    existing(str(file), file)
     try:
         text = file.read_text(encoding="utf-8-sig")
         semicolons = ";" in text.partition("\n")[0]

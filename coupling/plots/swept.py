@@ -65,8 +65,6 @@ def swept(
     kept = f"{wave}_" * (one_of("wave", wave, WAVES) != "primary") + measure  # as cases keep the secondary wave
     if kept not in data and not kind_of(data):
         raise ValueError(f"runs: holds neither forces nor {kept}; must be the Dataset of a sweep")
-    if kept not in data and sensor is None:
-        raise ValueError("sensor = None: must be a bead of the runs, 1 to N from the struck end")
     values = data[kept].reset_coords(drop=True) if kept in data else read(data, sensor, wave)  # type: ignore[arg-type]
     axes = [str(axis) for axis in values.dims]
     if not 1 <= len(axes) <= 2:
