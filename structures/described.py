@@ -2,7 +2,7 @@
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, is_dataclass
 from functools import cached_property, partial, wraps
 from types import NoneType, UnionType
@@ -173,13 +173,6 @@ def description(thing: Any) -> Described | None:
 def registered() -> tuple[Described, ...]:
     """Return all descriptions."""
     return tuple(_ALL.values())
-
-
-def of_family(base: type) -> Iterator[Described]:
-    """Yield the descriptions of everything that makes an object of a class."""
-    for entry in registered():
-        if inspect.isclass(entry.makes) and base in entry.makes.__mro__ and not inspect.isabstract(entry.makes):
-            yield entry
 
 
 def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:

@@ -70,10 +70,6 @@ class Field:
         """Return the elastic stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz."""
         return self.sampler.stress(self._of_body(u))
 
-    def von_mises(self, u: Numbers) -> Numbers:
-        """Return the von Mises equivalent stress, p, Pa."""
-        return von_mises(self.stress(u))
-
     def stiffness_parts(self) -> list[sparse.csr_array]:
         """Return the contribution of each material to the stiffness, size × size, N/m, without elastic supports."""
         parts, basis = self.sampler.stiffness_parts(), self.basis

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from structures.caution import caution
 from structures.checks import MOST, one_of, positive, whole, within
-from structures.units import NUMBER, PARTS, factor, spread_of
+from structures.units import factor, spread_of
 
 PLAIN = str.maketrans({"²": "^2", "³": "^3"})
 
@@ -93,11 +93,9 @@ def standard_uncertainty(name: str, text: float | str, value: float) -> float:
     """Return a standard uncertainty in SI units."""
     if not isinstance(text, str):
         return positive(name, text)
-    match = NUMBER.fullmatch(text)
-    if match and match[2] in PARTS and value == 0.0:
-        raise ValueError(f"{name} = {text!r}: must have a unit, because the value is 0")
     if isnan(number := spread_of(text, value)):
-        raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
+        part = ' or "2 %"' if value else ", but not in %, as the value is 0"
+        raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm"{part}')
     return number
 
 

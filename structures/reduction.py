@@ -23,6 +23,9 @@ MOST_VECTORS = 600  # Default limit of the basis: dense matrices of this size ar
 
 MOST_KEPT = 8  # The oscillators of this number of structures are kept, because a fit returns to recent ones
 
+# The oscillators of recent structures and the reports on their reduction, by a hash of all that determines them
+_RECENT: dict[str, tuple[Modes, dict[str, Any]]] = {}
+
 Pulse = Annotated[float, replace(Likely.TIME, low=1e-12, high=1e3)]
 
 
@@ -83,8 +86,19 @@ def reduce(
     if structure.mass.count_nonzero() == 0:
         return structure
 
-    if field is None:
-        modes, report = _recent(structure, until, tolerance, largest, pulse)
+    if field is None:  # an equal structure is not reduced again
+        import joblib  # here, because a run without a reduction does not need it
+
+        matrices = [matrix for matrix in (structure.mass, structure.stiffness, structure.damping) if matrix is not None]
+        arrays = [(matrix.indptr, matrix.indices, matrix.data) for matrix in matrices]
+        key = joblib.hash([until, tolerance, largest, pulse, structure.contact, arrays])
+        if (known := _RECENT.get(key)) is None:
+            modes, report, _ = _projected(structure, until, tolerance, largest, pulse)
+            known = modes._replace(vectors=np.empty((0, 0))), report
+            for old in list(_RECENT)[: 1 - MOST_KEPT]:
+                _RECENT.pop(old, None)  # another thread may have removed it meanwhile
+            _RECENT[key] = known
+        modes, report = known[0], deepcopy(known[1])
     else:
         modes, report, krylov = _projected(structure, until, tolerance, largest, pulse)
         basis = krylov.basis[: krylov.size].T @ modes.vectors
@@ -105,28 +119,6 @@ def reduce(
     for (time, _), root in zip(modes.arms, roots, strict=True):
         reduced = with_arms(reduced, root, time)
     return reduced.made_from(structure, reduce, *arguments)
-
-
-# The oscillators of recent structures and the reports on their reduction, by a hash of all that determines them
-_RECENT: dict[str, tuple[Modes, dict[str, Any]]] = {}
-
-
-def _recent(
-    structure: Structure, until: float, tolerance: float, largest: int, pulse: float
-) -> tuple[Modes, dict[str, Any]]:
-    """Return the result of `_projected` without the basis; an equal structure is not reduced again."""
-    import joblib  # here, because a run without a reduction does not need it
-
-    matrices = [matrix for matrix in (structure.mass, structure.stiffness, structure.damping) if matrix is not None]
-    arrays = [(matrix.indptr, matrix.indices, matrix.data) for matrix in matrices]
-    key = joblib.hash([until, tolerance, largest, pulse, structure.contact, arrays])
-    if (known := _RECENT.get(key)) is None:
-        modes, report, _ = _projected(structure, until, tolerance, largest, pulse)
-        known = modes._replace(vectors=np.empty((0, 0))), report
-        for old in list(_RECENT)[: 1 - MOST_KEPT]:
-            _RECENT.pop(old, None)  # another thread may have removed it meanwhile
-        _RECENT[key] = known
-    return known[0], deepcopy(known[1])
 
 
 def _projected(

@@ -20,7 +20,7 @@ from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
 from hertzlink.output import check_output, complain, delivered
 from hertzlink.studies import thesis
-from structures.kernels.compiling import users_folder
+from structures.kernels.compiling import FOLDER
 
 
 class Done(NamedTuple):
@@ -73,7 +73,7 @@ def test_files_beside_a_case_neither_run_nor_redirect(tmp_path: Path) -> None:
     (tmp_path / "matplotlibrc").write_text("text.usetex: true\n")
     # The usual folder of kernels is found without NUMBA_CACHE_DIR.
     (tmp_path / "caches").mkdir()
-    (tmp_path / "caches" / "hertzlink").symlink_to(users_folder())
+    (tmp_path / "caches" / "hertzlink").symlink_to(FOLDER.parent)
     settings = {name: value for name, value in os.environ.items() if name not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
     settings["XDG_CACHE_HOME"] = str(tmp_path / "caches")
     words = [sys.executable, "-m", "hertzlink", "run", "tap.toml", "--jobs", "2"]

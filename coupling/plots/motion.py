@@ -136,7 +136,9 @@ def _motion_of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike
             f"run: the structure's contact moves differently, by {100.0 * error:.2g} % of its greatest displacement; "
             "give the structure that was run, and save the run more often (save_every)"
         )
-    displacement, stress = (np.stack([of(u) for u in states]) for of in (field.displacement, field.von_mises))
+    displacement, stress = (
+        np.stack([of(u) for u in states]) for of in (field.displacement, lambda u: von_mises(field.stress(u)))
+    )
     up = [float(x) for x in structure.origin.get("normal", (0.0, 0.0, 1.0))]
     return _dataset(run, field.grid, moments[rows], displacement, stress).assign_attrs(contact_error=error, up=up)
 

@@ -15,7 +15,7 @@ import numpy as np
 from hertzlink._names import HOME, ROOMS, listed_in, namespaces
 from particles.bead import ATTRIBUTES, Bead
 from plates.laminate import OrthotropicMaterial
-from structures.described import Described, Parameter, description, noted, of_family, registered
+from structures.described import Described, Parameter, description, noted, registered
 from structures.material import Material
 from structures.quantities import Asks, Quantity
 
@@ -102,7 +102,8 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
 @cache
 def members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
     """Return the forms of a family by their kinds."""
-    many = [of for of in of_family(family) if of.builds]
+    made = [of for of in all_described if of.builds and inspect.isclass(of.makes) and not inspect.isabstract(of.makes)]
+    many = [of for of in made if family in of.makes.__mro__]
     if family is Bead:
         classes = [of for of in all_described if inspect.isclass(of.target)]
         many = [of for of in classes if {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}]

@@ -2,14 +2,15 @@
 
 from functools import partial
 from itertools import pairwise
-from math import ceil, isclose
-from typing import Annotated
+from math import ceil, isclose, pi
+from typing import Annotated, Any
 
 import numpy as np
-from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
+from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
+from skfem.helpers import dot
 
 from structures.bodies.elastic_field import ElasticSampler
-from structures.bodies.elasticity import body_matrices, patch_compliance, patch_vector, shear_speed
+from structures.bodies.elasticity import body_matrices, patch_compliance, shear_speed
 from structures.bodies.rod import Layer, Layers
 from structures.checks import listed
 from structures.described import described_as
@@ -94,7 +95,10 @@ def layered_cylinder(
         held = np.union1d(held, basis.get_dofs(np.flatnonzero(z == depths[-1])).all())
     free = np.setdiff1d(np.arange(basis.N), held)
     struck = np.flatnonzero((z == 0.0) & (r < patch))
-    contact = patch_vector(FacetBasis(mesh, element, facets=struck, intorder=INTEGRATION_ORDER))
+    # The contact vector spreads a unit force evenly over the patch and reads its mean inward displacement.
+    faces = FacetBasis(mesh, element, facets=struck, intorder=INTEGRATION_ORDER)
+    area = float((faces.dx * (2.0 * pi * faces.global_coordinates()[0])).sum())
+    contact = np.asarray(_inward.assemble(faces)) / area
     made = Structure(
         mass[free][:, free],
         stiffness[free][:, free],
@@ -106,6 +110,11 @@ def layered_cylinder(
         field=Field(partial(ElasticSampler, mesh, ElementQuad2, INTEGRATION_ORDER, free, materials, owner), free.size),
     )
     return made.made_by(partial(layered_cylinder, layers, base, patch_radius, highest_frequency, cells))
+
+
+@LinearForm
+def _inward(v: Any, w: Any) -> Any:
+    return -dot(v, w.n) * (2.0 * pi * w.x[0])
 
 
 def _nodes(depths: Vector, radius: float, patch: float, coarsest: list[float], cells: int) -> tuple[Vector, Vector]:

@@ -67,13 +67,23 @@ class ElasticSampler:
 
         vtk = HEX_MAPPING if kind == "hexahedron27" else slice(None)
         self.point_dofs = self.dofs.reshape(-1, mesh.dim())[first]
-        points = self._in_space(places[first])
-        self.grid = Grid(points, _upright(points, number[:, vtk], kind), kind, owner, self.revolution)
+        points, corners = self._in_space(places[first]), number[:, vtk]
+        if kind in MIRRORED_CELLS:
+            order_of_mirrored, next_corners = MIRRORED_CELLS[kind]
+            at = points[corners[:, [0, *next_corners]]]
+            inverted = np.linalg.det(at[:, 1:] - at[:, :1]) < 0.0
+            corners = np.where(inverted[:, None], corners[:, order_of_mirrored], corners)
+        self.grid = Grid(points, corners, kind, owner, self.revolution)
 
         # The matrix that extrapolates stress from the Gauss points to the nodes.
         self.gauss = Basis(mesh, ElementVector(element()), intorder=GAUSS_ORDER)
         gauss = self.gauss.dx.shape[1]
-        carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(_values(linear, self.gauss.X).T)  # type: ignore[attr-defined]
+        functions = linear()
+        at_nodes, at_gauss = (
+            np.stack([functions.lbasis(x, i)[0] * np.ones(x.shape[1]) for i in range(functions.doflocs.shape[0])])
+            for x in (element.doflocs.T, self.gauss.X)  # type: ignore[attr-defined]
+        )
+        carry = at_nodes.T @ np.linalg.pinv(at_gauss.T)
         rows = np.broadcast_to(number[:, :, None], (cells, shapes, gauss))
         columns = np.broadcast_to(np.arange(cells * gauss).reshape(cells, 1, gauss), rows.shape)
         weights = carry / np.bincount(number.ravel())[number][:, :, None]
@@ -119,21 +129,3 @@ class ElasticSampler:
         if not self.revolution:
             return vectors
         return np.column_stack([vectors[:, 0], np.zeros(len(vectors)), -vectors[:, 1]])
-
-
-def _values(element: type, places: Numbers) -> Numbers:
-    """Return the shape functions of a linear element at points of the reference cell, functions × points."""
-    functions = element()
-    return np.stack(
-        [functions.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(functions.doflocs.shape[0])]
-    )
-
-
-def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:
-    """Return the cells; those that are inside out are mirrored."""
-    if kind not in MIRRORED_CELLS:
-        return cells
-    order, next_corners = MIRRORED_CELLS[kind]
-    at = points[cells[:, [0, *next_corners]]]
-    inverted = np.linalg.det(at[:, 1:] - at[:, :1]) < 0.0
-    return np.where(inverted[:, None], cells[:, order], cells)

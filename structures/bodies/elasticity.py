@@ -1,6 +1,6 @@
-"""Linear elasticity of solids: mass and stiffness, and the loaded patch.
+"""Linear elasticity of solids: moduli, speeds of waves, mass and stiffness.
 
-All functions take a scikit-fem basis of a vector element in space, or in the half-plane (r, z) of a body of revolution.
+The last two take a scikit-fem basis of a vector element in space, or in the half-plane (r, z) of a body of revolution.
 In the half-plane every integral has the weight 2π r, and the hoop strain u_r/r is added.
 """
 
@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import LinearForm
-from skfem.helpers import dot
 
 from structures.linear_algebra.factor import sum_of_cells
 from structures.material import Material
@@ -81,7 +79,7 @@ class _Cells:
         slopes = np.stack([function.grad[0] for function in functions]).transpose(2, 0, 1, 3)
         self.slopes = slopes.reshape(len(slopes), -1, slopes.shape[-1])
         x = np.asarray(basis.global_coordinates())
-        self.weight = (basis.dx * _circumference(x))[:, None]
+        self.weight = (basis.dx * (2.0 * pi * x[0] if self.dim == 2 else 1.0))[:, None]
         self.hoops = self.values / x[0][:, None] if self.dim == 2 else None
 
     def mass(self, density: Vector) -> sparse.csr_array:
@@ -113,19 +111,3 @@ class _Cells:
         matrix = sum_of_cells(self.basis.element_dofs.T, blocks, self.basis.N)
         matrix.eliminate_zeros()
         return matrix
-
-
-def patch_vector(faces: Any) -> Vector:
-    """Return b, n numbers, which spreads a unit force evenly over facets and reads their mean inward displacement."""
-    area = float((faces.dx * _circumference(faces.global_coordinates())).sum())
-    return np.asarray(_inward.assemble(faces)) / area
-
-
-def _circumference(x: Any) -> Any:
-    """Return the factor between an integral over the mesh and one over the body: 2π r in a half-plane."""
-    return 2.0 * pi * x[0] if x.shape[0] == 2 else np.ones_like(x[0])
-
-
-@LinearForm
-def _inward(v: Any, w: Any) -> Any:
-    return -dot(v, w.n) * _circumference(w.x)

@@ -123,24 +123,19 @@ def solid(
         "materials": [asdict(material) for material in materials],
     }
     struck = materials[owner[patch.cell]]
+    # The mean displacement of a half-space under the patch, weighted by the pressure: ∫ p̂(k)² dk · (1 − ν²)/πE from
+    # k = 0, with the Hankel transform p̂ = 8 J₂(ka)/(ka)² of the pressure.
+    half_space = 2048.0 / (315.0 * pi**2 * struck.contact_modulus * radius)
     return Structure(
         mass[free][:, free],
         stiffness[free][:, free],
         None,
         spread[free],
-        -patch_compliance(struck, radius),
+        -half_space,
         Surface(struck, curvature),
         origin,
         field=Field(partial(ElasticSampler, body.mesh, body.element, body.order, free, materials, owner), free.size),
     )
-
-
-def patch_compliance(material: Material, radius: float) -> float:
-    """Return the mean displacement of a half-space, m/N, under the patch (radius a, m), weighted by its pressure.
-
-    It is ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the Hankel transform p̂ = 8 J₂(ka)/(ka)² of the pressure.
-    """
-    return 2048.0 / (315.0 * pi**2 * material.contact_modulus * radius)
 
 
 class Patch:

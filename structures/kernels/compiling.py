@@ -30,22 +30,19 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     raise ImportError("hertzlink's kernels must be compiled, but NUMBA_DISABLE_JIT forbids it: unset it")
 
 
-def users_folder() -> Path:
-    """Return the folder of this user's compiled kernels: NUMBA_CACHE_DIR, or else a folder in the user's cache."""
-    # Not numba.config.CACHE_DIR: a file of settings in the current folder can set it, and kernels are unpickled.
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(chosen).absolute()
-    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "hertzlink").expanduser()
-
-
 def folder_of_kernels() -> Path:
-    """Return a folder for kernels of these sources; a temporary one if the user's folder cannot be written."""
+    """Return a folder for kernels of these sources, in NUMBA_CACHE_DIR or else in the user's cache.
+
+    It is a temporary folder if that one cannot be written.
+    """
     root, digest = Path(__file__).parents[2], sha256(f"{numba.__version__} {np.__version__}".encode())
     for source in sorted(source for room in ROOMS for source in root.glob(f"{room}/kernels/*.py")):
         digest.update(source.read_bytes())
     name = f"kernels-{digest.hexdigest()[:16]}"
     try:
-        folder = users_folder() / name
+        # Not numba.config.CACHE_DIR: a file of settings in the current folder can set it, and kernels are unpickled.
+        users = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "hertzlink")
+        folder = Path(os.environ.get("NUMBA_CACHE_DIR") or users.expanduser()).absolute() / name
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except (OSError, RuntimeError) as error:  # RuntimeError: no home folder is known

@@ -12,6 +12,7 @@ from PIL import Image
 
 import hertzlink as hl
 from coupling.plots import view
+from structures.field import von_mises
 from structures.structure import known_field
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -48,7 +49,7 @@ def solid_motion() -> xr.Dataset:
     return xr.Dataset(
         {
             "displacement": (("time", "point", "component"), field.displacement(u)[None]),
-            "von_mises": (("time", "point"), field.von_mises(u)[None]),
+            "von_mises": (("time", "point"), von_mises(field.stress(u))[None]),
             "cells": (("cell", "corner"), grid.cells),
             "part": (("cell",), grid.part),
         },
