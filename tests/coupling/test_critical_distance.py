@@ -344,7 +344,7 @@ PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must lie between"),
+        (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must be a finite"),
         (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 0.0: must be a positive"),
         (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.0), "distance = 0.0: must be a positive"),
         (
@@ -352,7 +352,7 @@ PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
             "highest_frequency = 1e-300: must be a positive number",
         ),
         (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=[]), "impact_speed = []: must be a finite number"),
-        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must lie between"),
+        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must be a finite"),
         (
             lambda: hl.reduce(hl.half_plane(2e-3, hl.PTFE, "free", 0.02), 1e-4, pulse=1e-300),
             "pulse = 1e-300: must be a",
