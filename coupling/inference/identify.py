@@ -174,19 +174,25 @@ def _identification(
     covariance, size, explained = misfit.covariance(point, discrepancy)
     root, data = np.sqrt(np.diag(covariance)), misfit.data(best)
 
-    # Other fits that the noise does not exclude, and that differ from each other.
+    # Other fits that the noise does not exclude, and that differ from each other. A valley may be narrower than its
+    # curvature says, with another one beside it.
     inflation = np.maximum(np.diag(covariance) / np.diag(unit_covariance(point.columns)), 1e-6)[: search.size]
+    intervals = np.array([search.interval(best, k, covariance, one) for k, one in enumerate(inflation.tolist())])
+    reach = np.minimum(3.0 * root[: search.size], 1.5 * abs(intervals - best.places[:, None]).max(axis=1))
     modes = [best]
     for fit in sorted([*minima, *beside], key=lambda one: one.misfit):
-        as_good = fit.misfit - best.misfit < UNLIKELY * float(inflation.max())
-        if as_good and all((abs(fit.places - mode.places) > 3.0 * root[: search.size]).any() for mode in modes):
+        worse = (fit.misfit - best.misfit) / (UNLIKELY * inflation)
+        if worse.min() < 1.0 and all((abs(fit.places - mode.places) > reach).any() for mode in modes):
             modes.append(fit)
+            # The intervals contain it, with its own interval.
+            room = DEVIATIONS * root[: search.size] * np.sqrt(np.maximum(1.0 - worse, 0.0))
+            ends = np.clip([fit.places - room, fit.places + room], 0.0, 1.0)
+            intervals = np.stack([np.minimum(intervals[:, 0], ends[0]), np.maximum(intervals[:, 1], ends[1])], axis=1)
 
     unknowns = dict[str, Unknown]()
     at_end = [min(place, 1.0 - place) < 1e-6 for place in best.places.tolist()]
     for k, unknown in enumerate(search.ranges):
-        ends = search.interval(modes, k, covariance, float(inflation[k]))
-        value, low, high = (unknown.value(one) for one in (best.places[k], *ends))
+        value, low, high = (unknown.value(one) for one in (best.places[k], *intervals[k]))
         if unknown.name in nuisances:
             verdict = NUISANCE
         elif not explained:

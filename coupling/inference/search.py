@@ -124,11 +124,10 @@ class Search:
         )  # fmt: skip
         return self.misfit.fits([full(done.x)])[0]
 
-    def interval(self, modes: Sequence[Fit], k: int, covariance: Vector, inflation: float) -> tuple[float, float]:
-        """Return the 95 % interval of an unknown, as places. modes: all fits that are as good, the best first.
-        inflation: the variances over those of unit noise."""
-        best, place = modes[0], float(modes[0].places[k])
-        covariance = covariance[: self.size, : self.size]
+    def interval(self, best: Fit, k: int, covariance: Vector, inflation: float) -> tuple[float, float]:
+        """Return the 95 % interval of an unknown around the best fit, as places. inflation: the variances over those of
+        unit noise."""
+        place, covariance = float(best.places[k]), covariance[: self.size, : self.size]
         half, root = DEVIATIONS * float(np.sqrt(covariance[k, k])), np.sqrt(np.diag(covariance))
         correlated = np.delete(abs(covariance[k] / (root * root[k])), k)
         ridge = covariance[k] / covariance[k, k]
@@ -140,13 +139,8 @@ class Search:
             line = [np.clip(best.places + side * half * ridge, 0.0, 1.0) for side in (-1.0, 1.0)]
             rises = [(fit.misfit - best.misfit) / (inflation * DEVIATIONS**2) for fit in self.misfit.fits(line)]
         if rises and all(1.0 / 3.0 < rise < 1.5 for rise in rises):
-            low, high = place - half / rises[0] ** 0.5, place + half / rises[1] ** 0.5
-        else:
-            low, high = (self._profile_end(best, k, half, inflation, limit, ridge) for limit in (0.0, 1.0))
-        # The interval includes all fits that are as good, with their own intervals.
-        for mode in modes[1:]:
-            room = half * float(np.sqrt(max(1.0 - (mode.misfit - best.misfit) / (UNLIKELY * inflation), 0.0)))
-            low, high = min(low, max(mode.places[k] - room, 0.0)), max(high, min(mode.places[k] + room, 1.0))
+            return place - half / rises[0] ** 0.5, place + half / rises[1] ** 0.5
+        low, high = (self._profile_end(best, k, half, inflation, limit, ridge) for limit in (0.0, 1.0))
         return low, high
 
     def _profile_end(self, best: Fit, k: int, half: float, inflation: float, limit: float, ridge: Vector) -> float:
