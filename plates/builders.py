@@ -14,11 +14,11 @@ from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Edge, Supports
-from structures.checks import instance, several, short, whole, within
+from structures.checks import instance, one_of, several, short, whole, within
 from structures.described import described_as
 from structures.fineness import fineness
 from structures.material import Material
-from structures.meshes.mesh_reading import Tag, known
+from structures.meshes.mesh_reading import Tag
 from structures.quantities import Asks, Frequency, Length, Scale, Several, Side, WallThickness
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def mindlin_panel(
         if (scale, tags) != (None, None):
             raise ValueError(f"scale, tags = {scale!r}, {tags!r}: must be None for an Outline; they are for meshes")
         for edge in held:
-            known("supports", edge, shape.names)
+            one_of("supports", edge, shape.names)
     elif isinstance(shape, tuple | list):
         raise ValueError(f"shape = {short(shape)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
     else:

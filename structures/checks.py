@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Kind = TypeVar("Kind")
+Word = TypeVar("Word", str, str | int)
 
 LONGEST_VALUE_TEXT = 100  # Characters of a value that a message shows: one line of a terminal, without the name.
 
@@ -163,11 +164,15 @@ def existing(what: str, path: Path) -> Path:
     return path
 
 
-def one_of(name: str, value: str, choices: Collection[str]) -> str:
-    """Return `value`; raise a ValueError with the choices and the nearest ones if it is not one of them."""
-    if not isinstance(value, str) or value not in choices:
-        hint = did_you_mean(value, choices)
-        raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint and f' ({hint})'}")
+def one_of(name: str, value: Word, choices: Collection[Word], hint: str = "") -> Word:
+    """Return a word or a number; raise a ValueError with the choices and the nearest ones if it is not one of them.
+
+    hint: the end of the message.
+    """
+    if not isinstance(value, str | int) or value not in choices:
+        meant = did_you_mean(value, map(str, choices)) if isinstance(value, str) else ""
+        every = ", ".join(map(repr, choices)) or "none"
+        raise ValueError(f"{name} = {value!r}: must be one of {every}{meant and f' ({meant})'}{hint}")
     return value
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from structures.caution import caution
-from structures.checks import did_you_mean, one_of
+from structures.checks import one_of
 from structures.structure import Vector
 
 Numbers: TypeAlias = NDArray[np.int64]
@@ -40,21 +40,13 @@ class Tags(NamedTuple):
 
     def of(self, name: str, tag: Tag) -> Numbers:
         """Return the members of a tag; name: the argument that got the tag."""
-        members = self.groups[known(name, tag, self.groups, self.hint)]
+        hint = self.hint if self.groups else f"; the mesh has no tags of this kind{self.hint}"
+        members = self.groups[one_of(name, tag, self.groups, hint)]
         if not members.size:
             raise ValueError(f"{name} = {tag!r}: must hold a whole facet of the boundary")
         if tag in self.left:
             caution(f"{name} = {tag!r}: {self.left[tag]}")
         return members
-
-
-def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
-    """Return `tag`; raise a ValueError with the existing tags if it is not one of them. name: the argument."""
-    if isinstance(tag, str | int) and tag in groups:
-        return tag
-    meant = did_you_mean(tag, map(str, groups)) if isinstance(tag, str) else ""
-    must = f"must be one of {names(groups)}{meant and f' ({meant})'}" if groups else "the mesh has no tags of this kind"
-    raise ValueError(f"{name} = {tag!r}: {must}{hint}")
 
 
 def points_of(source: Any, flat: bool = False) -> Vector:
