@@ -60,12 +60,18 @@ class Search:
                 curvature = (self.misfit.at(best.places, self.steps, False).columns[:, : self.size] ** 2).sum(axis=0)
                 width = 2.0 * np.sqrt((RIVAL - 1.0) * best.misfit / np.maximum(curvature, 1e-300))
                 places = np.clip(np.ceil(4 / np.maximum(width, 1e-3)).astype(int), 16, 128)
-            self.spacing, lines = 1.0 / places, list[Vector]()
+            self.spacing, lines, apart = 1.0 / places, list[list[Fit]](), list[float]()
             for k in self.lines:
-                line = np.tile(best.places, (places[k], 1))
-                line[:, k] = (np.arange(places[k]) + 0.5) / places[k]
-                lines.append(line)
-            starts = self._minima_on(lines, minima, RIVAL * best.misfit if explained else np.inf)
+                line = self._along(best, k, (np.arange(places[k]) + 0.5) / places[k])
+                if explained:
+                    # Valleys of an unknown that hardly matters are narrower than this: 128 places where a fit may hide.
+                    likely = np.array([fit.misfit < best.misfit + 10.0 * UNLIKELY for fit in line])
+                    hiding = np.flatnonzero(likely[1:] | likely[:-1])[:, None] + 0.5
+                    parts = int(np.ceil(128 / places[k]))
+                    line += self._along(best, k, (hiding + np.arange(1, parts) / parts).ravel() / places[k])
+                apart.append(2.0 / (places[k] if len(line) == places[k] else 128))
+                lines.append(sorted(line, key=lambda fit: fit.places[k]))
+            starts = self._minima_on(lines, minima, RIVAL * best.misfit if explained else np.inf, apart)
             if not explained:
                 known = [*starts, *(one.places for one in minima)]
                 starts += _apart(self._scanned(self.sobol.random(self.count)), known, 3)
@@ -89,15 +95,17 @@ class Search:
             point = self.misfit.at(best.places, self.steps)
 
             # Each unknown moves by 2, 2.5, 3.1, … standard deviations, and the others as they correlate with it.
-            covariance, lines = unit_covariance(point.columns)[: self.size, : self.size], list[Vector]()
+            covariance, lines = unit_covariance(point.columns)[: self.size, : self.size], list[list[Fit]]()
             for k in self.lines:
                 deviation = covariance[:, k] / np.sqrt(covariance[k, k])
                 distances = (2.0 * 1.25 ** np.arange(19))[:: 1 if few else 2]
                 if self.spacing[k]:
                     distances = distances[: 1 + int((distances * deviation[k] < 2.0 * self.spacing[k]).sum())]
                 line = best.places + np.concatenate([-distances[::-1], [0.0], distances])[:, None] * deviation
-                lines.append(np.clip(line[(line[:, k] >= 0.0) & (line[:, k] <= 1.0)], 0.0, 1.0))
-            minima += self._solved_from(self._minima_on(lines, [best], HOPELESS * best.misfit, near=True), best)
+                line = np.clip(line[(line[:, k] >= 0.0) & (line[:, k] <= 1.0)], 0.0, 1.0)
+                lines.append(self.misfit.fits(list(line)))
+            starts = self._minima_on(lines, [best], HOPELESS * best.misfit, [0.0] * len(lines))
+            minima += self._solved_from(starts, best)
             fit = min(minima, key=lambda other: other.misfit, default=best)
             if fit.misfit > best.misfit - 1.0:
                 break
@@ -187,21 +195,24 @@ class Search:
                 break
         return sorted(others[known is not None :], key=lambda one: one.misfit)
 
+    def _along(self, fit: Fit, k: int, places: Vector) -> list[Fit]:
+        """Return fits with unknown k at these places, and the others as in a given fit."""
+        line = np.tile(fit.places, (places.size, 1))
+        line[:, k] = places
+        return self.misfit.fits(list(line))
+
     def _minima_on(
-        self, lines: Sequence[Vector], known: Sequence[Fit], largest: float, near: bool = False
+        self, lines: Sequence[Sequence[Fit]], known: Sequence[Fit], largest: float, apart: Sequence[float]
     ) -> list[Vector]:
-        """Return the places of the best minima of χ² on lines, below `largest` and away from known fits. near: the
-        lines pass through the known fit, and a minimum at any distance from it counts."""
+        """Return the places of the best minima of χ² on lines, below `largest` and away from known fits."""
         found = list[Fit]()
-        for k, line in zip(self.lines, lines, strict=True):
-            fits = self.misfit.fits(list(line))
+        for fits, room in zip(lines, apart, strict=True):
             values = np.array([np.inf, *(fit.misfit for fit in fits), np.inf])
             lowest = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < largest)
             # A point near a known fit counts only if it fits better.
-            apart = 0.0 if near else 2.0 * self.spacing[k]
             found += [
                 fit for fit, is_low in zip(fits, lowest, strict=True)
-                if is_low and all(abs(fit.places - o.places).max() > apart or fit.misfit < o.misfit for o in known)
+                if is_low and all(abs(fit.places - o.places).max() > room or fit.misfit < o.misfit for o in known)
             ]  # fmt: skip
         return [fit.places for fit in sorted(found, key=lambda fit: fit.misfit)[:6]]
 

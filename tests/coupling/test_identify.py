@@ -331,6 +331,25 @@ def test_a_valley_beside_the_best_fit_belongs_to_the_interval() -> None:
     assert any("2 different fits are as good" in note for note in found.warnings)
 
 
+@pytest.mark.thorough
+@pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
+def test_an_edge_that_the_trace_hardly_shows_is_blind() -> None:
+    """Its echo changes the forces by less than the noise, so χ² has ten valleys that are nearly as deep."""
+    time, random, bead = np.arange(-1e-4, 1.5e-3, 5e-7), np.random.default_rng(12), hl.Sphere(2.38e-3, hl.STEEL_440C)
+
+    def build(thickness: float, distance: float, impact_speed: float) -> hl.CoSimulation:
+        plate = hl.half_plane(thickness, hl.BRASS_360, "free", distance, until=1.5e-3)
+        return hl.CoSimulation(hl.Chain([bead] * 20, bead, impact_speed), plate)
+
+    run = build(2.4e-3, 0.075, 0.31).run(1.5e-3)
+    forces = {n: np.interp(time, run.time, hl.sensor_force(run, n), left=0.0) for n in (7, 13)}
+    signal = hl.as_signal(time, {n: f + 0.01 * f.max() * random.normal(size=time.size) for n, f in forces.items()})
+    ranges = {"thickness": (1e-3, 4e-3), "distance": (5e-3, 0.2), "impact_speed": (0.2, 0.5)}
+    found = hl.identify(signal, build, ["impact_speed", "gain", "time_zero"], until=1.5e-3, **ranges)
+    assert found["distance"].verdict == "blind"
+    assert found["distance"].interval[0] < 0.075 < found["distance"].interval[1]
+
+
 SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arange(600) - 300) / 20.0) ** 2))})
 
 
