@@ -169,7 +169,8 @@ def write_results(
         try:
             page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
             of = printable(Path(name).stem)
-            if not case.title and of.replace("-", " ") != page.title.lower():
+            # The title may hold the name already, as that of a run, or of a signal of this name.
+            if not case.title and of.replace("-", " ") not in page.title.lower().replace(".", ": ").split(": "):
                 page.title += f": {of}"
             (into / "report.html").write_text(html(page), encoding="utf-8")
             with default_style():

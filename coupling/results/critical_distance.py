@@ -13,6 +13,8 @@ FEWEST = 3  # Least number of distances.
 
 LABEL = "critical distance"
 
+SWALLOWED = "no wave above 1 % of the incident one returns from the greatest distance"
+
 
 def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | xr.DataArray:
     """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
@@ -64,8 +66,9 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 
 def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[float, float, float]:
     """Return the critical distance and its bracket, the last sample outside the tolerance and the next one, for one
-    curve over rising distances, m. All three are NaN if there is no wave at all. If the far value is unknown or not
-    reached, low is a lower bound and high is infinite; if AR never leaves the tolerance, low is 0."""
+    curve over rising distances, m. If the far value is not reached, low is a lower bound and high is infinite; so it is
+    if the far value is unknown, but AR leaves the tolerance of no wave. If there is no wave, or none that leaves it,
+    all three are NaN. If AR never leaves the tolerance of a far value, low is 0."""
     # AR at the greatest distance is the far value itself, so it cannot show that this value is reached.
     usable = np.flatnonzero(~np.isnan(curve[:-1]))
     if usable.size == 0:
@@ -73,7 +76,7 @@ def last_crossing(distances: Vector, curve: Vector, tolerance: float) -> tuple[f
     level, x, y = float(curve[-1]), distances[usable], curve[usable]
     outside = np.flatnonzero(np.abs(y - np.nan_to_num(level)) > tolerance)
     if np.isnan(level):
-        return nan, float(x[outside[-1]]) if outside.size else 0.0, inf
+        return (nan, float(x[outside[-1]]), inf) if outside.size else (nan, nan, nan)
     if outside.size == 0:
         return float(x[0]), 0.0, float(x[0])
     i = int(outside[-1])

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
-from coupling.results.critical_distance import FEWEST, LABEL, last_crossing
+from coupling.results.critical_distance import FEWEST, LABEL, SWALLOWED, last_crossing
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.points import Task, run_points, shown
@@ -71,8 +71,9 @@ def critical_distance_search(
         Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
         (m; "end": low, high); `lower_bound`, true if the far value is not reached, so that critical_distance is NaN and
         the low end of the bracket is a lower bound; `far_value`, and `settled`, true if AR changes by less than half
-        the tolerance over the last third of the distances. All samples: `amplitude_ratio`, `time_of_flight` (s) and
-        `sampled` over "distance". NaN at a sampled distance means that no wave returned within the record.
+        the tolerance over the last third of the distances; `short_record`, true if the record ends before a wave from
+        the greatest distance is back. All samples: `amplitude_ratio`, `time_of_flight` (s) and `sampled` over
+        "distance". NaN at a sampled distance means that no wave returned within the record.
 
     Raises
     ------
@@ -204,8 +205,10 @@ class _Search:
         """Yield what may mislead in the result."""
         (distances, ratios), (found, low, high) = as_arrays(self.curve), self.crossing()
         missing = [readable(d, "m", 4) for d in distances[np.isnan(ratios)].tolist() if not d < low]
-        if np.isinf(high):
-            return  # a lower bound says so
+        if np.isnan(ratios[-1]) or np.isinf(high):  # an unknown far value, or a lower bound, says so
+            if np.isnan(ratios[-1]) and not record_is_short(self.curve):
+                yield f"{LABEL}: {SWALLOWED}; take smaller beads"
+            return
         if missing:
             yield f"waves: none returned at {', '.join(missing)}, so AR is not known there"
         if low == 0.0 < high:
@@ -220,6 +223,11 @@ class _Search:
             other = last_crossing(distances, ratios, factor * self.tolerance)[0]
             if abs(other - found) > 0.1 * found:
                 yield f"tolerance: {factor} times the tolerance gives a {LABEL} of about {readable(other, 'm', 2)}"
+
+
+def record_is_short(curve: Curve) -> bool:
+    """Return whether the record ends before a wave from the greatest distance is back."""
+    return any(finding.startswith("record: ") for finding in findings_of(curve[max(curve)]))
 
 
 def as_arrays(curve: Curve) -> tuple[Vector, Vector]:
@@ -241,6 +249,8 @@ def _dataset(
     sampled = [[d in curve for d in distances] for curve in curves]
     found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
     far = np.reshape([as_arrays(curve)[1][-1] for curve in curves], shape)
+    short = np.reshape([record_is_short(curve) for curve in curves], shape)
+    short_words = {"long_name": "whether the record ends before a wave from the greatest distance is back"}
     bound, metres = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}, {"units": "m"}
     settled = np.reshape([search.change() <= 0.5 * search.tolerance for search in searches], found.shape[:-1])
     variables |= {
@@ -249,6 +259,7 @@ def _dataset(
         "bracket": ([*over, "end"], found[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
         "lower_bound": (over, np.isinf(found[..., 2]), bound),
         "settled": (over, settled, {"long_name": "whether AR has settled at the greatest distance"}),
+        "short_record": ([*values], short, short_words),
         "far_value": ([*values], far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
     }
     coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}

@@ -12,6 +12,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
+from coupling.results.critical_distance import SWALLOWED
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.case import YIELDING
@@ -95,7 +96,7 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
             others, more = tables_of(task, yielded)
         for message in fresh:
             caution(f"fresh spot, {message}")
-        below[:0] = [remark for remark in more if remark[:1] in "<>?" and remark not in below]
+        below[:0] = [remark for remark in more if remark.startswith(("<", ">", "?", "unknown")) and remark not in below]
         for i, (elastic, yielding) in enumerate(zip(tuple(tables), others, strict=True)):
             if elastic.file == "traces.csv":  # their times differ
                 tables.append(Table("traces_yielding.csv", yielding.data))
@@ -177,18 +178,24 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
         critical, low, high, far = map(float, (at.critical_distance, *at.bracket, at.far_value))
         rows.append([*values, critical, low, high, far, wanted.tolerance])
         if bool(at.lower_bound):
-            remarks.add("> : AR still changes at the last distance that the record allows; the critical one is larger")
+            remarks.add("> : AR still changes at the last distance with a wave; the critical one is larger")
         if low == 0.0:
             remarks.add("< : AR is within the tolerance at all distances with a wave")
         unknown = " ?" * bool(np.isfinite(high) and not at.settled)
         if unknown:
             remarks.add("? : whether AR has settled at the greatest distance is not known")
+        if np.isnan(far):
+            short = "the record ends before the wave from the greatest distance is back; make until longer"
+            remarks.add(f"unknown: {short if at.short_record else f'{SWALLOWED}; take smaller beads'}")
+        elif np.isnan(low):
+            remarks.add("unknown: a wave returns from the greatest distance only")
         best, *ends = (along.shown(number, 4) for number in (critical, low, high))
-        best = (
-            "?" if np.isnan(low) else f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{best}"
-        )
+        if np.isnan(critical):
+            best = "unknown" if np.isnan(low) else f"> {along.shown(low)}"
+        best = f"{'< ' * (low == 0.0)}{best}"
         texts = [axis.shown(value) for axis, value in zip(others, values, strict=True)]
-        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", f"{far:.4f}{unknown}"])
+        far_away = "-" if np.isnan(far) else f"{far:.4f}{unknown}"
+        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", far_away])
 
     names, columns = [axis.name for axis in others], [axis.column for axis in others]
     every = data[["sampled", "amplitude_ratio", "time_of_flight"]].to_dataframe([*names, "distance"]).reset_index()
@@ -202,7 +209,8 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
         Table("points.csv", samples),
     ]
     below = [fill(remark, WIDTH) for remark in sorted(remarks)]
-    below.append(f"beyond the critical distance AR stays within ± {wanted.tolerance:g} of AR far away")
+    if data.bracket.notnull().any():
+        below.append(f"beyond the critical distance AR stays within ± {wanted.tolerance:g} of AR far away")
     below.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
     return tables, below
 

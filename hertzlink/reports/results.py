@@ -19,6 +19,8 @@ from coupling.plots.identified import identified
 from coupling.plots.mapped import mapped
 from coupling.plots.swept import MOST_CURVES, label_of, parameter, swept, varied, words_of
 from coupling.results.ar_and_tof import UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
+from coupling.results.critical_distance import SWALLOWED
+from coupling.results.findings import findings_of
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.provenance import stored
 from coupling.results.reading import Reading
@@ -38,11 +40,15 @@ DEFINED = (
 
 WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spots and on spots that taps have dented."
 
+SMALLER_BEADS = "The structure takes such a wave, or leaves less than 1 % of it; smaller beads get more of it back."
+
 UNSETTLED = "Whether AR has settled at the greatest distance is not known; greater distances show it."
 
+FIRST_TAP = " on elastic contacts; where a contact yields, a first tap may give a smaller AR"
+
 FRESH_SPOT = (
-    "The first tap on a fresh spot dents the metal, which takes energy from the wave. After taps of this strength a "
-    "thick body answers as the elastic values say; on a thin plate AR stays near that of a fresh spot."
+    "The first tap on a fresh spot dents the metal, which takes energy from the wave. Later taps of the same strength "
+    "find the dent: AR of a thick body is then that of elastic contacts, that of a thin plate stays near the first one."
 )
 
 
@@ -137,7 +143,8 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
                 where = said_of(point_in_words(ratio, ratio.dims, place))
                 ends.append(f"{ratio.values[place]:.3f}" + f" ({where})" * bool(where))
             without = f"; {count_of(missing, 'run has', 'runs have')} no primary wave" * bool(missing)
-            said = f"AR of the primary wave at bead {number} lies between {ends[0]} and {ends[1]}{without}."
+            elastic = FIRST_TAP * any(finding.startswith("yield: ") for finding in findings_of(data))
+            said = f"AR of the primary wave at bead {number} lies between {ends[0]} and {ends[1]}{elastic}{without}."
             page.sentences.append(said)
         for wave in ("primary", "secondary"):
             if bool(measured[f"{wave} AR"].notnull().any()):
@@ -193,9 +200,9 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     what = "the edge" if "distance" in words else words
     # A case with a law of its own has one result, whose contacts may yield.
     spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
-    (factor, unit), rows, unsettled = parameter(data.distance), list[list[str]](), False
+    (factor, unit), rows, unsettled, swallowed = parameter(data.distance), list[list[str]](), False, False
     for number, place in enumerate(np.ndindex(*critical.shape)):
-        at, found = point_in_words(critical, critical.dims, place), list[str]()
+        at, found = point_in_words(critical, critical.dims, place), dict[str, list[str]]()
         where = f", for {said_of(at)}" * bool(at)
         curves = {spot: runs.isel(dict(zip(critical.dims, place, strict=True))) for spot, runs in spots.items()}
         for spot, curve in curves.items():
@@ -206,8 +213,10 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
             said = f"beyond {distance} {unit} ({between} {unit}) {changes}"
             far = f"{float(curve.far_value):.4f}"
             if np.isnan(curve.far_value):
-                distance, between = "not found", "no reflected wave far away"
-                said = f"the influence of {what} is not known, because the record ends before the wave comes back"
+                distance, between, far = "not found", "no reflected wave far away", "none"
+                why = "the record ends before the wave comes back" if curve.short_record else SWALLOWED
+                said = f"the influence of {what} is not known, because {why}"
+                swallowed |= not curve.short_record
             elif np.isnan(low):
                 distance, between = "not found", "a reflected wave from the greatest distance only"
                 said = f"the influence of {what} is not known, because a wave returns from the greatest distance only"
@@ -219,10 +228,11 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
                 said = f"from the smallest distance with a wave on, {high_end} {unit}, {changes}"
             if np.isfinite(high) and not curve.settled:
                 far, unsettled = f"{far}, perhaps not settled", True
-            found.append(f"{said} {spot}".rstrip())
+            found.setdefault(said, []).append(spot)
             rows.append([*at.values(), *([spot] * bool(spot)), distance, between, far])
-        same = f" {changes}" * (changes in found[0])
-        answer = ", and ".join([found[0], *(one.replace(same, "") for one in found[1:])])
+        first, *others = [f"{said} {' and '.join(spots)}".rstrip() for said, spots in found.items()]
+        same = f" {changes}" * (changes in first)
+        answer = ", and ".join([first, *(one.replace(same, "") for one in others)])
         page.sentences.append(f"{answer[:1].upper()}{answer[1:]}{where}.")
         if number < MOST_PICTURES:
             name = "-".join(["critical-distance", *map(str, place)])
@@ -231,7 +241,9 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     head = [*(words_of(critical[name]) for name in critical.dims), *["contacts"] * (yielded is not None)]
     head += [f"critical distance ({unit})", f"between ({unit})", "AR far away"]
     page.tables.append(Table("Critical distances", head, rows))
-    page.sentences += [UNSETTLED] * unsettled + [WHICH_DISTANCE, FRESH_SPOT] * (yielded is not None) + [DEFINED]
+    both = np.all([runs.critical_distance.notnull() for runs in spots.values()], axis=0)
+    page.sentences += [UNSETTLED] * unsettled + [SMALLER_BEADS] * swallowed
+    page.sentences += ([WHICH_DISTANCE] * bool(both.any()) + [FRESH_SPOT]) * (yielded is not None) + [DEFINED]
     return page
 
 
@@ -242,7 +254,9 @@ def draw_critical(curves: dict[str, xr.Dataset], ax: Any) -> None:
         runs, look = curve.isel(distance=curve.sampled.values.astype(bool)), {"color": colour, "label": spot or "AR"}
         ax.plot(factor * runs.distance, runs.amplitude_ratio, "o-", markersize=4, linewidth=1.1, **look)
         (low, high), far, within = factor * curve.bracket.values.ravel(), float(curve.far_value), float(curve.within)
-        ax.axhspan(far - within, far + within, color=colour, alpha=0.12, linewidth=0.0, label=f"far away ± {within:g}")
+        if np.isfinite(far):
+            words = f"far away ± {within:g}"
+            ax.axhspan(far - within, far + within, color=colour, alpha=0.12, linewidth=0.0, label=words)
         if np.isfinite([low, high]).all():
             words = ", ".join(filter(None, ("critical", spot)))
             ax.axvspan(low, high, color=colour, alpha=0.35, label=f"{words}: {low:.4g} to {high:.4g} {unit}")

@@ -41,7 +41,7 @@ def test_critical_distance_is_interpolated() -> None:
         ([0.9, 0.8, NAN, 0.1], (NAN, 0.2, INF)),
         # A wave that fades before it is missed may still be followed by a larger, later one.
         ([0.3, 0.1, 0.015, NAN], (NAN, 0.2, INF)),
-        ([0.015, 0.012, NAN, NAN], (NAN, 0.0, INF)),
+        ([0.015, 0.012, NAN, NAN], (NAN, NAN, NAN)),
         # A missing wave between waves is unknown, and makes the bracket wider.
         ([0.7, NAN, 0.5, 0.5], (0.1 + 0.2 * 0.18 / 0.2, 0.1, 0.3)),
         ([0.7, 0.5, NAN, 0.5], (0.1 + 0.1 * 0.18 / 0.2, 0.1, 0.2)),
@@ -213,22 +213,22 @@ def late(distance: float) -> float:
     return falling(distance) - 0.5 if distance < 0.032 else NAN
 
 
-def test_a_record_that_ends_too_early_gives_a_lower_bound() -> None:
+def test_without_a_wave_from_far_away_there_is_a_lower_bound() -> None:
     """The last sample that differs from no wave bounds the distance from below."""
     found = find(partial(sampled, late, []), tolerance=[0.02, 0.04])
     assert found.lower_bound.values.tolist() == [True, True]
     np.testing.assert_allclose(found.bracket, [[0.03, INF], [0.025, INF]])
     assert np.isnan(found.critical_distance).all()
-    assert np.isnan(found.far_value)
     assert np.isnan(found.amplitude_ratio.sel(distance=1.0))
     assert found.sampled.sel(distance=1.0)
 
 
-def test_no_wave_anywhere() -> None:
-    found = find(partial(sampled, lambda d: NAN, []))
-    assert np.isnan(found.critical_distance)
-    assert np.isnan(found.bracket).all()
-    assert not found.lower_bound
+@pytest.mark.parametrize("near", [NAN, 0.015])
+def test_a_structure_that_takes_the_wave(near: float) -> None:
+    found = find(partial(sampled, lambda d: near if d < 0.03 else NAN, []))
+    assert np.isnan([found.critical_distance, *found.bracket]).all()
+    assert not np.any([found.lower_bound, found.short_record])
+    assert re.fullmatch("critical distance: no wave above 1 %.*; take smaller beads", found.attrs["warnings"])
 
 
 def test_an_upper_bound_is_announced() -> None:
@@ -309,21 +309,14 @@ def test_bisection_where_the_spline_misleads() -> None:
         ({"build": lambda place: None}, "build = .*takes place, but the axes are distance"),
         ({"build": lambda distance: None}, "build\\(\\.\\.\\.\\) = None: must be a CoSimulation"),
         ({"until": 0.0}, "until = 0"),
-        ({"sensor": 1.5}, r"sensor = 1\.5"),
         ({"sensor": 8}, "sensor = 8: must be one that was measured"),
         ({"distances": [0.1, 0.2]}, r"distances = \[0\.1, 0\.2\]: must be three or more"),
-        ({"distances": 0.1}, r"distances = 0\.1"),
         ({"distances": [0.1, -0.2, 0.3]}, r"distances = -0\.2"),
         ({"distances": [0.1, 0.2, 0.2]}, r"distances = .* none of them twice"),
-        ({"tolerance": 0.0}, r"tolerance = 0\.0"),
         ({"tolerance": []}, r"tolerance = \[\]"),
-        ({"tolerance": "0.02"}, r"tolerance = '0\.02'"),
         ({"tolerance": [0.02, -1.0]}, r"tolerance = -1\.0"),
-        ({"bracket": 0.0}, r"bracket = 0\.0"),
         ({"bracket": 1e-9}, "bracket = 1e-09"),
-        ({"jobs": 0}, "jobs = 0"),
         ({"within": [1.0]}, "within is a name that every run uses"),
-        ({"bead": [1.0]}, "bead is a name that every run uses"),
         ({"thickness": []}, r"thickness = \[\]"),
         ({"thickness": [1.0]}, "takes distance, but the axes are distance, thickness"),
     ],
@@ -346,7 +339,6 @@ PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
     [
         (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must be a finite"),
         (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 0.0: must be a positive"),
-        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.0), "distance = 0.0: must be a positive"),
         (
             lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "free", 0.02, highest_frequency=1e-300),
             "highest_frequency = 1e-300: must be a positive number",
@@ -358,8 +350,6 @@ PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
             "pulse = 1e-300: must be a",
         ),
         (lambda: hl.theory.yield_pressure(None), "material = None: must be a Material"),
-        (lambda: hl.theory.indentation_modulus("x"), "must be a number or an array of numbers"),
-        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "must be a number or an array of numbers"),
         (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "must be a number or an array of numbers"),
         (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "moduli = (1j, 1, 1): must be a number"),
         (lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]), "poisson_ratios = [[1, 2], [3]]"),

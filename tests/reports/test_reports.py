@@ -19,7 +19,7 @@ import hertzlink as hl
 from coupling.inference.identification import Identification
 from coupling.inference.uncertainty import Uncertainty
 from hertzlink.reports import Page, Table, html, page_of
-from hertzlink.reports.results import FRESH_SPOT, UNSETTLED, WHICH_DISTANCE
+from hertzlink.reports.results import FIRST_TAP, FRESH_SPOT, SMALLER_BEADS, SWALLOWED, UNSETTLED, WHICH_DISTANCE
 
 EVIL = "<script>alert('x')</script> & \"$\\frac$\" --> <!-- $_{"
 """A name that breaks pages which do not escape it, and figures that read it as a formula."""
@@ -108,14 +108,14 @@ def test_warnings_of_a_result_and_of_its_measures_are_listed(tmp_path: Path) -> 
 
 
 def test_report_of_a_sweep_shows_each_run(tmp_path: Path) -> None:
-    page = check_page(made(tmp_path, runs(), sensors=5))
+    page = check_page(made(tmp_path, runs().assign_attrs(warnings="yield: at 3 points"), sensors=5))
     ratios = hl.amplitude_ratio(runs(), 5).values.ravel()
     assert np.isnan(ratios).any()
     assert {"none", *(f"{ratio:.5g}" for ratio in ratios[np.isfinite(ratios)])} <= set(cells(page))
     least, most = np.nanmin(ratios), np.nanmax(ratios)
     words = f"AR of the primary wave at bead 5 lies between {least:.3f} (modulus "
     assert page.text["p"][0].startswith(words)
-    assert f"and {most:.3f} (modulus 200 GPa, speed " in page.text["p"][0]
+    assert re.search(rf"and {most:.3f} \(modulus 200 GPa, speed .*\){FIRST_TAP}; 4 runs", page.text["p"][0])
     assert "Varied: modulus (0.1 to 200 GPa); speed (0.1 to 0.3 m/s)." in page.text["p"]
     assert any("no primary wave" in one for one in page.images)
     assert any("drawn: modulus 0.1 GPa, the first of 0.1 to 200 GPa" in one for one in page.images)
@@ -128,7 +128,7 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
         xr.Dataset(
             {
                 "critical_distance": critical, "bracket": ("end", bracket), "far_value": 0.5, "settled": True,
-                "sampled": ("distance", sampled), "amplitude_ratio": ("distance", [0.7, 0.52, 0.5]),
+                "amplitude_ratio": ("distance", [0.7, 0.52, 0.5]), "sampled": ("distance", sampled), "short_record": 1,
             },
             {"distance": ("distance", distance, {"units": "m", "long_name": "distance"}), "within": 0.02},
         )
@@ -169,6 +169,10 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
         page = page_of(edge)
         assert page.sentences[0] == f"{words}."
         assert UNSETTLED not in page.sentences
+    taken = edge.assign(bracket=("end", [np.nan] * 2), critical_distance=np.nan, short_record=False)
+    page = page_of(taken, yielded=taken)
+    assert page.sentences[0].endswith(f"because {SWALLOWED} on elastic contacts and on a fresh spot.")
+    assert page.sentences[1:3] == [SMALLER_BEADS, FRESH_SPOT]
     page = page_of(elastic.assign(settled=False))
     assert page.sentences[1] == UNSETTLED
     assert page.tables[0].rows[0][-1] == "0.5000, perhaps not settled"
