@@ -165,6 +165,12 @@ def _record_findings(chain: MovingChain, motion: Motion, times: Vector, where: s
         touches = int((push > SILENT * greatest).argmax())
         over = np.flatnonzero(push[touches:] <= SILENT * greatest)
         leaves = float(times[touches + over[0]] if over.size else times[-1])
+        # It is also back if the force rises again, and did so before nearer to the structure: with a strong loss inside
+        # beads the bead is never silent.
+        after = [motion.force[place, int(push.argmax()) :] for place in (middle, (middle + last) // 2)]
+        here, nearer = (part - np.minimum.accumulate(part) for part in after)
+        if here.max() > SILENT * top and here.size - 1 > here.argmax() > nearer.argmax():
+            return []
     slower = SMALLEST_WAVE ** (-1.0 / 6.0)
     if times[-1] >= leaves + slower * (reached - began if passed else 0.5 * reached):
         return []

@@ -259,7 +259,9 @@ class Flow:
             inside = self.peaks[(wave.begin < self.peaks) & (self.peaks < wave.end)]
             high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[wave.sample]]]
             if high.size > 1:
-                wave.note = f"has peaks of nearly the same height, {1e6 * float(np.ptp(high)):.3g} µs apart{ANOTHER}"
+                which = f"the one at {1e6 * float(time[wave.sample]):.4g} µs is taken"
+                apart = f"{1e6 * float(np.ptp(high)):.3g} µs apart; {which}"
+                wave.note = f"has peaks of nearly the same height, {apart}{ANOTHER}"
 
 
 def duration(time: Vector, power: Vector) -> float:
