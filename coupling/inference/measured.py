@@ -12,8 +12,10 @@ from scipy.signal import lfilter
 
 from coupling.inference.prediction import NUMERICAL
 from coupling.results.measures import sensor_force
+from coupling.results.reading import Reading
 from coupling.results.schema import kind_of
 from coupling.results.sensor_trace import interpolated_over_gaps, noise_level, quiet_lead
+from coupling.results.signal_waves import doubts_of_sensors
 from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
 
@@ -85,6 +87,8 @@ def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: fl
         least = NUMERICAL * float(abs(there).max())
         sensor = Sensor(bead, force, float(np.hypot(size, least)), lead_of(force))
         rows.append(_with_disturbances(sensor, given) if sensor.lead and noise_level(there) > least else sensor)
+    if kind == "signal" and (swapped := doubts_of_sensors(Reading(data))):
+        raise ValueError(f"signal: {swapped[0]}")
     return Measured(np.asarray(data.time.values, dtype=float), rows, given)
 
 

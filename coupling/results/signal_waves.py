@@ -9,7 +9,14 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from coupling.results.reading import Reading
-from coupling.results.sensor_trace import interpolated_over_gaps, measures, noise_level, resolution, smoothed
+from coupling.results.sensor_trace import (
+    interpolated_over_gaps,
+    is_inverted,
+    measures,
+    noise_level,
+    resolution,
+    smoothed,
+)
 from coupling.results.wave_finder import FIRST_WAVE, FRONT
 from structures.checks import count_of
 from structures.structure import Vector
@@ -228,7 +235,11 @@ class SignalWaves:
 def doubts_of_sensors(reading: Reading) -> list[str]:
     """Return sentences on sensors that the incident wave of a signal reaches in the wrong order."""
     sensors = sorted(int(sensor) for sensor in reading.data.sensor.values)
-    waves = {n: SignalWaves(reading.time, np.asarray(reading.measured(n).values), 0.5).peaks for n in sensors}
+    forces = {n: np.asarray(reading.measured(n).values) for n in sensors}
+    # A sensor of the wrong polarity shows no time of arrival.
+    known = {n: interpolated_over_gaps(force) for n, force in forces.items() if np.isfinite(force).any()}
+    upright = [n for n, force in known.items() if not is_inverted(force)]
+    waves = {n: SignalWaves(reading.time, forces[n], 0.5).peaks for n in upright}
     arrivals = [(n, peaks[0][1]) for n, peaks in waves.items() if peaks]
     return [
         f"sensors {first} and {second}: the incident wave reaches bead {second} {readable(before - after, 's', 3)} "

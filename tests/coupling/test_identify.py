@@ -351,6 +351,7 @@ def test_an_edge_that_the_trace_hardly_shows_is_blind() -> None:
 
 
 SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arange(600) - 300) / 20.0) ** 2))})
+SWAPPED = tap(wall(3e9), (3, 7)).assign_coords(sensor=[7, 3])
 
 
 @pytest.mark.parametrize(
@@ -362,20 +363,16 @@ SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arang
         ({"signal": SIGNAL.isel(time=slice(0, 40))}, r"signal: 39 µs are compared, but a wave needs about .* µs"),
         ({"signal": SIGNAL.isel(time=slice(0, None, 25))}, "signal: has a sample every 25 µs, too coarse for contacts"),
         ({"until": 5e-5}, "signal: 50 µs are compared, but a wave needs"),
-        ({"until": -1.0}, "until = -1.0: must be a positive number of s"),
+        ({"signal": SWAPPED}, "signal: sensors 3 and 7: the incident wave reaches bead 7 .* before bead 3"),
         ({"sensors": [99]}, r"sensor = 99|sensor 99"),
         ({"signal": SIGNAL.assign_coords(sensor=[12])}, r"sensors = \[12\]: must be beads from 1 to 10"),
         ({"signal": wall(3e9).run(1e-5)}, "sensors = None: must be a list of one bead number or more"),
         ({"modulus": (3e9, 3e9)}, r"modulus = \(3.*\): must be the lowest and the highest value"),
         ({"modulus": 3e9}, "modulus = 3000000000.0: must be the lowest and the highest value"),
-        ({"modulus": (1e9, np.inf)}, "modulus = inf: must be a finite number"),
         ({"thickness": (1.0, 2.0)}, "takes modulus, impact_speed, but the unknowns are modulus, thickness"),
         ({"nuisances": ["gains"]}, "nuisances = 'gains': must be gain, offset, time_zero, or"),
-        ({"noise": 0.0}, "noise = 0.0: must be a positive number of N"),
-        ({"noise": {7: 1.0}}, "noise = {7: 1.0}: must be a"),
         ({"guess": {"speed": 1.0}}, "guess = {'speed': 1.0}: must give a value for each of modulus"),
         ({"guess": {"modulus": 1.0}}, r"guess\['modulus'\] = 1.0: must lie between 1e\+09 and 2e\+10"),
-        ({"discrepancy": -0.1}, "discrepancy = -0.1"),
         ({"build": 3}, "build = 3: must be a function"),
         ({"build": lambda modulus: 3}, r"build\(...\) = 3: must be a CoSimulation"),
     ],
@@ -392,11 +389,9 @@ def test_bad_input_is_refused_in_a_line(change: Mapping[str, Any], message: str)
     [
         ({"modulus": 0.0}, "modulus = 0: must not be zero, because bounds are relative to the value"),
         ({"noise": -1.0}, "noise = -1.0: must be a positive number"),
-        ({"sensors": []}, "sensors = []"),
         ({"sensors": [40]}, "must be beads from 1 to 10"),
         ({"compare": "all"}, "compare = 'all'"),
         ({"sample_every": 0.0}, "sample_every = 0.0"),
-        ({"nuisances": ["drift"]}, "nuisances = 'drift': must be"),
     ],
 )
 def test_bad_designs_are_refused(change: Mapping[str, Any], message: str) -> None:
