@@ -153,4 +153,6 @@ def write_file(path: Path, content: bytes) -> None:
 def unchanged(error: OSError, path: Path) -> OSError:
     """Return the error of writing a file or folder, with the remark that nothing was changed."""
     reason = error.strerror or str(error) if path.parent.is_dir() else f"the folder {path.parent} does not exist"
+    if reason == os.strerror(errno.ENOENT):
+        reason = f"cannot be written in the folder {path.parent} ({reason}); give another folder"
     return OSError(error.errno, f"{reason}; nothing was changed", str(path))

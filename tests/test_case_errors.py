@@ -188,22 +188,18 @@ WRONG_PLATES = [
 
 WRONG_QUESTIONS = [
     ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is not a bead from 1 to 20; write { 7 = 1 }'),
-    ("7 = 1", "7 = -1", 27, "identify.sensors.7: -1 must be at least 0"),
     ("{ 7 = 1, 13 = 2 }", "{}", 27, "identify.sensors: a table has 0 entries; must have at least 1; give a table of beads and columns, such as { 7 = 1 }"),
     ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is not a unit of this quantity'),
     ("13 = 2", "13 = 1", 27, "identify.sensors: two of them read the same column; give each its own"),
     ("13 = 2", "13 = 5", 27, "identify.sensors: trace.csv has no column 5; its columns are 0 to 2"),
     ('calibration = "25 N/V"', "", 26, "identify.calibration: is missing; give a number of N/V for sensor 7, not zero, such as calibration = 25"),
-    ('"25 N/V"', '"-0 N/V"', 28, "identify.calibration"),
     ('["1 mm", "6 mm"]', '["6 mm", "1 mm"]', 29, 'identify.unknowns."structure.thickness": must have two numbers, the lowest and the highest value; the order is wrong: give [\'1 mm\', \'6 mm\']'),
     ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2; give a range, such as ["1 mm", "6 mm"]'),
-    ('["1 mm", "6 mm"]', '"3 mm"', 29, '"3 mm" must be a range, such as ["1 mm", "6 mm"]'),
     ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is not a unit of this quantity'),
     ('"structure.thickness" = ["1', '"structure.at" = ["1', 29, '"structure.at"[0]: "1 mm" must be the point that is struck'),
     ('"structure.thickness" = ["1', '"structure.layers[0].length" = ["1', 29, 'structure.layers is not a list, so it has no entry [0]'),
-    ('"structure.thickness" = ["1', '"chain.speed" = ["1', 29, 'is not an entry here; did you mean impact_speed?'),
     ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.width" = ["1 mm", "2 mm"], "structure.length" = ["a", "b"]', 29, "must be a length"),
-    ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.material" = ["PTFE", "nylon"]', 29, '"structure.material": must have two numbers, the lowest and the highest'),
+    ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.material" = ["PTFE", "nylon"]', 29, '"structure.material": material is not a number and cannot be fitted; run one fit for each value'),
     ('"gain"', '"gains"', 30, 'identify.nuisances[1]: "gains" is not a nuisance; take gain, offset, time_zero'),
     ('"gain"', '"chain.drop_height"', 30, '"chain.drop_height" has no value in the case; give it a range'),
     ("[identify]", "[identification]", 26, "identification: is not an entry here; did you mean identify?"),
@@ -252,24 +248,19 @@ def test_a_wrong_case_is_one_line(
     ("change", "words"),
     [
         ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0 as structure.layers[0]; there is no [5]"),
-        ("structure.kind.of=1", "structure.kind is not a table"),
         ("structure[0]=1", "structure is not a list"),
         ("nonsense", 'has no "="'),
         ("=3", '"" is not the path of an entry'),
-        ("a..b=3", "is not the path of an entry"),
+        ("chain.bead.diameter='9 mm", "a quote is not closed"),
         ("plate.until=1 ms", "plate.until: is not an entry; did you mean run.until?"),
         ("extends=x", "a change cannot extend another case"),
         ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is not a unit of this quantity'),
-        ("structure.layers[0].material.density=-1", "structure.layers[0].material.density: -1.0 must be a positive number"),
         ("chain.impact_speed=-3 m/s", 'chain.impact_speed: "-3 m/s" must be zero or a positive number of m/s'),
-        ("chain.bead.diameter=-3 mm", 'chain.bead.diameter: "-3 mm" must be a positive number of m'),
-        ("run.until=1" + "0" * 400, "is not finite; must be a time, such as 1.5 ms"),
         ("run.until=1" + "0" * 5000, "has no unit; must be a time, such as 1.5 ms"),
         ("run.until=150 s", 'run.until: "150 s": takes 6.'),
         ("chain.bead.diameter=9.53e6", "4765000.0: half of it must lie between 1e-09 and 1e+06 m"),
         ("structure.layers[0].radius=1e9", "structure.layers[0].radius: "),
         ("chain.bead.contact_angle=9 deg", "chain.bead.contact_angle: is not an entry here"),
-        ("run.most_steps=0", "run.most_steps: 0.0 must be a positive number"),
     ],
 )  # fmt: skip
 def test_a_wrong_change_is_one_line(complaint: Callable[..., str], change: str, words: str) -> None:
@@ -335,7 +326,7 @@ def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
 
 SIGNALS = [
     (None, "trace.csv: there is no such file"),
-    ("", "trace.csv: holds 0 lines, must hold 16 samples or more"),
+    ("hello\nworld\n", "trace.csv: holds 2 lines and no number, must hold 16 samples or more"),
     ("a,b,c\n" * 40, "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a"),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
     (samples(900, ""), "trace.csv: the times count the samples, or their unit is missing; give time_unit="),
@@ -417,7 +408,8 @@ def test_new_writes_no_file_twice(complaint: Callable[..., str]) -> None:
     assert "exists already; give another PATH" in complaint("new", "rod")
     assert Path("rod.toml").read_text() == "mine"
     assert "did you mean rod?" in complaint("new", "rodd")
-    assert '"none.nc" is not a kind of case; must be one of chain, ' in complaint("new", "none.nc")
+    words = "cannot be written in the folder /proc (No such file or directory); give another folder; nothing was"
+    assert words in complaint("new", "rod", "/proc/place.toml")
     assert "the folder no/such does not exist; nothing was changed" in complaint("new", "rod", "no/such/place.toml")
 
 

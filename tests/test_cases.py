@@ -25,7 +25,7 @@ from hertzlink.cases.forms import example_of
 from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
 from hertzlink.cases.tables import Table
-from hertzlink.cases.tasks import task_of
+from hertzlink.cases.tasks import run_task, task_of
 from hertzlink.cases.templates import KINDS, template
 from structures.described import registered
 
@@ -286,8 +286,17 @@ def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> No
     sweep = '[sweep]\n"chain.bead.diameter" = ["4.76 mm", "9.53 mm", 19.05]\n'
     Path("case.toml").write_text(template("wall").replace("[run]", f"{sweep}[run]").replace("1.5 ms", "0.1 ms"))
     said = command("check", "case.toml")
-    assert "warning: Sphere radius = 9.525: is read as 9.525 m, which is improbable; did you mean 9.525 mm?" in said
+    assert "warning: Sphere diameter = 19.05: is read as 19.05 m, which is improbable; did you mean 19.05 mm?" in said
     assert said.count("did you mean") == 1
+
+
+def test_a_point_without_a_wave_says_why() -> None:
+    """A thin plate without edges takes the wave of heavy beads."""
+    plate = '[structure]\nkind = "infinite_plate"\nthickness = "1 mm"\nmaterial = "brass 360"\n\n'
+    sweep = '[sweep]\n"structure.thickness" = ["1 mm", "4 mm"]\n'
+    text = template("half-plane").replace("4.76", "9.53").replace("0.8 ms", "2 ms") + sweep
+    data = run_task(task_of(case_of(re.sub(r"(?s)\[structure\].*?\n\n", plate, text))), 1)
+    assert any("waves at bead 7: no wave above 1 % of" in one for one in findings_of(data))
 
 
 def test_the_distance_of_an_edge_keeps_its_name() -> None:
@@ -302,7 +311,9 @@ def test_check_knows_what_identify_takes(command: Callable[..., str]) -> None:
     Path("chain.toml").write_text(template("chain"), encoding="utf-8")
     assert "structure: nothing" in command("check", "chain.toml")
     Path("i.toml").write_text(template("identify"), encoding="utf-8-sig")
-    assert "identify: 2 unknowns, 3 nuisances" in command("check", "i.toml", "--set", "run.until=0.1 ms")
+    said = command("check", "i.toml", "--set", "run.until=0.1 ms")
+    assert "too short: a wave takes about 400 µs to the structure and back" in said
+    assert "identify: 2 unknowns, 3 nuisances" in said
 
 
 @pytest.mark.parametrize("kind", KINDS)

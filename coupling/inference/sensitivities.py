@@ -111,8 +111,8 @@ def sensitivities(
         if rate.doubt:
             findings.append(
                 f"{name}: has no derivative here, or an inexact one; the derivatives from both sides differ by "
-                f"{200.0 * rate.doubt:.1g} %. Perhaps build jumps, has a kink or depends on chance, a mesh or a "
-                "reduction changes, or a loss begins as a contact closes"
+                f"{readable(200.0 * rate.doubt, '', 1)} %. Perhaps build jumps, has a kink or depends on chance, a "
+                "mesh or a reduction changes, or a loss begins as a contact closes"
             )
         elif not (rate.slopes["contact_force"].any() or rate.slopes["velocity"].any()):
             findings.append(f"{name}: changes nothing in this run")

@@ -41,7 +41,9 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     lines.index += 1  # the numbers of the lines in the file
     lines = lines[(lines.index > asked.skip) & (lines.str.strip() != "")]
     if len(lines) < FEWEST_SAMPLES:
-        raise ValueError(f"{path}: holds {count_of(len(lines), 'line')}, must hold {FEWEST_SAMPLES} samples or more")
+        wordy = len(lines) > 0 and not lines.str.contains(r"\d").any()
+        held = count_of(len(lines), "line") + " and no number" * wordy
+        raise ValueError(f"{path}: holds {held}, must hold {FEWEST_SAMPLES} samples or more")
     if text[-1:] != "\n" and len(lines.iloc[-1]) < lines.iloc[-20:-1].str.len().min():
         notes.append(f"the last line, {lines.iloc[-1][:SHOWN]!r}, is cut off and was left out")
         lines = lines.iloc[:-1]

@@ -169,8 +169,9 @@ class Source:
             value = tomllib.loads(f"value = {value}")["value"] if "\n" not in text else text
         except RecursionError:
             raise CaseError(f"{CHANGE} {name}: is nested too deeply") from None
-        except (KeyError, ValueError):
-            pass  # a text without quotes
+        except (KeyError, ValueError):  # a text without quotes
+            if value[:1] in ("'", '"'):
+                raise CaseError(f"{CHANGE} {change}: a quote is not closed") from None
         try:
             path = parsed(name.strip())
             if path == ("extends",):

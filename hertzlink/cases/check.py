@@ -6,6 +6,7 @@ from hertzlink.cases.tasks import Task
 from structures.caution import collected
 from structures.checks import count_of
 from structures.moving import MovingStructure
+from structures.units import readable
 
 
 def outlook(task: Task) -> str:
@@ -37,6 +38,8 @@ def outlook(task: Task) -> str:
             size = f", a mesh of {full} unknowns, reduced to {count_of(body.size, 'oscillator')}"
         lines.append(f"structure{f' {i}' * (len(bodies) > 1)}: {body.origin.get('kind', 'of your own')}{size}")
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
+    if bodies and first.until < (back := 2.0 * max(one.transit_time for one in chains)):
+        lines[-1] += f"; too short: a wave takes about {readable(back, 's', 2)} to the structure and back"
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
     if task.case.identify is not None:

@@ -84,9 +84,11 @@ def question_of(case: Case) -> Task:
     for key, ends in asked["unknowns"].items():
         place: Path = ("identify", "unknowns", key)
         axis = axis_of(case, key, place, ends)
-        if not axis.is_number or axis.values[0] >= axis.values[1]:
+        if not axis.is_number:
+            raise Fault(place, f"{axis.path[-1]} is not a number and cannot be fitted; run one fit for each value")
+        if axis.values[0] >= axis.values[1]:
             order = f"; the order is wrong: give {[*ends[::-1]]}" if len({*axis.values}) > 1 else ""
-            raise Fault(place, f"must have two numbers, the lowest and the highest value{order * axis.is_number}")
+            raise Fault(place, f"must have two numbers, the lowest and the highest value{order}")
         axes[axis.name] = axis
     for i, key in enumerate(asked["nuisances"]):
         place = ("identify", "nuisances", i)

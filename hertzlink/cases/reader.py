@@ -17,6 +17,7 @@ from typing import Any
 from hertzlink.cases import Fault, Path, entry, shown
 from hertzlink.cases.forms import OF_MATERIAL, Form, allowed, asked, example_of, hint_of
 from plates.laminate import OrthotropicMaterial
+from structures.caution import caution, collected
 from structures.checks import MOST, count_of, near, nearest
 from structures.described import Parameter
 from structures.material import MATERIALS, name_key
@@ -61,10 +62,16 @@ class Call:
         if self.path[:1] == ("materials",) and "name" in own:
             arguments["name"] = str(self.path[-1])
         arguments |= {name: made(self.entries[name]) for name in own if name in self.entries}
-        if "diameter" in arguments:
-            arguments["radius"] = 0.5 * arguments.pop("diameter")
-        with self.located():
-            return self.form.make(**arguments)
+        diameter = arguments.pop("diameter", None)
+        if diameter is not None:
+            arguments["radius"] = 0.5 * diameter
+        with self.located(), collected() as said:
+            thing = self.form.make(**arguments)
+        for one in said:
+            if diameter is not None and " radius = " in one:  # in the words of the case
+                one = one.replace("radius", "diameter").replace(f"{0.5 * diameter:g}", f"{diameter:g}")
+            caution(one)
+        return thing
 
     def fault(self, message: str) -> Fault:
         """Return the fault of a message such as "thickness = -1: must be positive", in the words of the case."""

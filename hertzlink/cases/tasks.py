@@ -13,9 +13,10 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.numerical_error import numerical_error
 from coupling.inference.plates import modes_of
 from coupling.inference.uncertainty import uncertainty
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
 from coupling.results.measures import sensor_force
+from coupling.results.waves import NoWave
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from coupling.yield_check import is_of_yield
@@ -186,6 +187,11 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
         for read in (amplitude_ratio, time_of_flight):
             each = [read(run, sensor, wave) for sensor in sensors]
             data[prefix + read.__name__] = "sensor", np.array([float(value) for value in each]), each[0].attrs
+    for sensor in data.sensor.values[data.amplitude_ratio.isnull()].tolist():
+        primary = reflections(run, sensor).primary
+        # What a record lacks was said when AR was read.
+        if isinstance(primary, NoWave) and not primary.reason.startswith("the record "):
+            caution(f"waves at bead {sensor}: {primary.reason}")
     if traces:
         forces = [sensor_force(run, sensor) for sensor in sensors]
         data = data.assign_coords(time=run.time)
