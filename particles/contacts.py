@@ -1,6 +1,7 @@
 """The contacts of chains, and all chains of a run in the arrays of the compiled loops, one after another."""
 
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -146,7 +147,8 @@ def kernel_laws(chains: Sequence["MovingChain"]) -> Any:
     yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
     if not yields.any():
         return whole
-    yielding = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
+    contacts = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
+    yielding = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
     different = [*dict.fromkeys(filter(None, yielding))]
     pairs = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
     begins = np.cumsum([0, *map(len, pairs)])

@@ -187,7 +187,7 @@ class MovingChain:
         yielding = contacts.once_per_pair(self.pairs, lambda pair, i: law.contact(*pair, self.laws[i]))
         if not any(yielding):
             raise ValueError(f"law = {law!r}: must have a yield_strength, as no material of the chain has one")
-        return tuple(contact if contact is not None and contact.overlap < inf else None for contact in yielding)
+        return tuple(yielding)
 
     @fact
     def model(self) -> kernels.Chains:
@@ -268,7 +268,7 @@ class MovingChain:
         # The memory: limits, stiffnesses and dents; see `Yielding`.
         limit, hard, dent = np.full(force.size, NEVER), self.stiffness, np.zeros(force.size)
         for i, (contact, overlap) in enumerate(zip(self.yielding, self.preload, strict=True)):
-            if contact is not None:
+            if contact is not None and contact.overlap < inf:
                 limit[i] = max(contact.overlap, overlap)
                 if overlap > contact.overlap:
                     dent[i] = contact.dent(overlap)
