@@ -184,11 +184,13 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
         unknown = " ?" * bool(np.isfinite(high) and not at.settled)
         if unknown:
             remarks.add("? : whether AR has settled at the greatest distance is not known")
-        if np.isnan(far):
-            short = "the record ends before the wave from the greatest distance is back; make until longer"
-            remarks.add(f"unknown: {short if at.short_record else f'{SWALLOWED}; take smaller beads'}")
-        elif np.isnan(low):
-            remarks.add("unknown: a wave returns from the greatest distance only")
+        if np.isnan(low):
+            why = "a wave returns from the greatest distance only"
+            if np.isnan(far):
+                why = f"{SWALLOWED}; take smaller beads"
+                if at.short_record:
+                    why = "the record ends before the wave from the greatest distance is back; make until longer"
+            remarks.add(f"unknown: {why}")
         best, *ends = (along.shown(number, 4) for number in (critical, low, high))
         if np.isnan(critical):
             best = "unknown" if np.isnan(low) else f"> {along.shown(low)}"
