@@ -283,6 +283,8 @@ class MovingChain:
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
         """Return the positions of the bodies' struck poles and other poles, m, saved times × bodies."""
         place, amplitude = position[:, : self.mass.size], self.amplitudes(position)
+        if not amplitude.size:
+            return place, place
         struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
         return place + struck, place + far
 

@@ -1,6 +1,6 @@
 """Beyond section 6.2.2: AR near an edge depends on λ and d/ℓ only; and the law that follows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -80,6 +80,10 @@ class Pair:
             return self.on(hl.half_space(self.wall))
         distance, highest = scaled * self.length(inelasticity), HIGHEST_PHASE / self.contact_time
         return self.on(hl.half_plane(thickness, self.wall, edge, distance, self.record, highest))
+
+    def ratios(self, edge: str, inelasticity: float, distances: Iterable[float]) -> list[float]:
+        """Return AR at distances over ℓ; infinity is the plate without an edge."""
+        return [ratio(self.near(edge, inelasticity, scaled).run(self.record)) for scaled in distances]
 
 
 # The thesis's middle bead on aluminium, and another bead and another speed at the same λ and d/ℓ.
