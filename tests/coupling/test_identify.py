@@ -302,7 +302,7 @@ def test_what_the_quiet_lead_does_not_show_is_an_error_of_the_model() -> None:
 
 
 @pytest.mark.thorough
-def test_runs_that_fail_and_swapped_channels_explain_nothing() -> None:
+def test_runs_that_fail_are_left_out() -> None:
     def build(modulus: float) -> hl.CoSimulation:
         if modulus > 5e9:
             raise ValueError("too stiff for this test")
@@ -311,10 +311,6 @@ def test_runs_that_fail_and_swapped_channels_explain_nothing() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="runs failed and were left out"):
         found = hl.identify(tap(wall(3e9)), build, until=UNTIL, modulus=(1e9, 8e9))
     assert found["modulus"].value == pytest.approx(3e9, rel=0.05)
-    signal = tap(wall(3e9), (3, 7))
-    forces = signal.sensor_force.transpose("sensor", "time").values
-    swapped = hl.as_signal(signal.time.values, dict(zip((7, 3), forces, strict=True)))
-    assert not hl.identify(swapped, wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(1e9, 20e9)).explained
 
 
 def test_a_valley_beside_the_best_fit_belongs_to_the_interval() -> None:
