@@ -60,7 +60,11 @@ class Point(NamedTuple):
 
 
 class Misfit:
-    """The comparison of predictions with a signal. names: all parameters: the unknowns, the time zero, the gains."""
+    """The comparison of predictions with a signal.
+
+    nuisances: the parameters of the sensors that are fitted too: of `OF_SENSORS`. The attribute `names` holds all
+    parameters: the unknowns, the time zero, the gains.
+    """
 
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str]) -> None:
         self.prediction, self.until, self.unit = prediction, prediction.until, prediction.contact_time

@@ -72,7 +72,8 @@ def sensitivities(
     Raises
     ------
     ValueError
-        For parameters that are zero or near which build fails, adaptive windows, and structures of the user's own.
+        For parameters that are zero or near which build fails, adaptive windows, and participants, which are
+        solvers of the user's own.
 
     Examples
     --------

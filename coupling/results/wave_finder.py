@@ -37,8 +37,8 @@ EARLIEST = 0.85
 # over them. In chains of one and of two metals on plates and half-spaces it takes 0.70 and more.
 EARLIEST_OVER_DENTS = 0.65
 WAVE_LENGTH = 5  # Length of a solitary wave in beads (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733).
-# The time that a primary wave lasts, in units of a single wave of its strength. On plates, rods and half-spaces it is
-# 0.93 to 1.17 in chains of equal beads, and 1.3 to 3 where two waves overlap.
+# The time that a primary wave lasts, in units of a single wave of its strength. Single waves from half-spaces, plates
+# without edges and long rods last 0.97 to 0.99 (benchmarks/waves.py); where two waves overlap they last longer.
 SHORT, LONG = 0.5, 1.25
 # Part by which a pulse may differ from a limit before a small change of a parameter makes it another wave.
 DOUBTFUL = 0.05
@@ -119,10 +119,11 @@ def find_waves(
 class Flow:
     """The flow of power over a bead in one run: force above the preload, N, and power, W, with their peaks' samples.
 
-    towards, back: the averaged power towards the structure and back. first, there: samples at which the wave arrives at
-    the bead and at the structure. travel: the time between these, s. width: the samples of one hop. leaves: when the
-    push on the structure ends, s. preload: of the bead, N. earliest: no wave from the structure takes less than this
-    part of the time by F^(−1/6).
+    wall: force on the structure above its preload, N. sensor: the number of the bead. hops: contacts from the bead to
+    the structure. towards, back: the averaged power towards the structure and back. first, there: samples at which the
+    wave arrives at the bead and at the structure. travel: the time between these, s. width: the samples of one hop.
+    leaves: when the push on the structure ends, s. preload: of the bead, N. earliest: no wave from the structure takes
+    less than this part of the time by F^(−1/6).
     """
 
     def __init__(
