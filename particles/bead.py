@@ -240,8 +240,10 @@ def plain_data(thing: Any) -> Any:
         flat = {name: value for name, value in vars(thing).items() if name != "_table"}
         deep = np.ndarray | np.generic
         members = {k: plain_data(v) if is_dataclass(v) or isinstance(v, deep) else v for k, v in flat.items()}
-    if is_bead and kind not in SHAPES:  # its size is needed to draw it
+    if is_bead and kind not in SHAPES:
         members |= {name: plain_data(getattr(thing, name)) for name in ATTRIBUTES}
+    elif is_bead and thing.size != 2.0 * members.get("radius", 0.0):  # its size is needed to draw it
+        members["size"] = thing.size
     # The class is needed, because different losses, and different bodies, have fields of the same names.
     return members if isinstance(thing, Material | Surface) else {"class": kind.__qualname__} | members
 

@@ -289,7 +289,8 @@ def bead_in_words(bead: Described) -> str:
     if "size" in bead or "radius" in bead:
         words.append(f"{1e3 * float(bead.get('size') or 2.0 * bead['radius']):.4g} mm")
     if kind in ("Cylinder", "Ellipsoid"):
-        words[-1] += f" × {1e3 * bead['length']:.4g} mm" + " along the chain" * (bead.get("axis") == "along")
+        words[-1] = f"{2e3 * bead['radius']:.4g} mm × {1e3 * bead['length']:.4g} mm"
+        words[-1] += " along the chain" * (bead.get("axis") == "along")
     if kind == "HollowSphere":
         words.append(f"wall {1e3 * (bead['radius'] - bead['inner_radius']):.3g} mm")
     return ", ".join([*words, material_of(bead)] if isinstance(bead.get("material"), Mapping) else words)

@@ -274,8 +274,8 @@ def test_setup_of_each_structure_says_what_it_is(name: str) -> None:
     assert "1 × cylinder, 4 mm × 8 mm, PTFE" in shown
 
 
-def test_setup_draws_a_bead_of_ones_own_by_its_size() -> None:
-    """Discs 9 mm thick, 31 mm wide: a chain of twenty is 180 mm long, whether or not they are described by fields."""
+def test_setup_draws_a_bead_of_ones_own_by_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Discs 9 mm thick, 31 mm wide: twenty are 180 mm long, also of a class added to the package or without fields."""
 
     @dataclass(frozen=True)
     class Disc(hl.Bead):
@@ -290,7 +290,9 @@ def test_setup_draws_a_bead_of_ones_own_by_its_size() -> None:
             return self.thickness
 
     plain = SimpleNamespace(mass=0.05, size=9e-3, surface=Disc.surface)
-    for disc, tall in ((Disc(15.5e-3, 9e-3), 31.0), (plain, 9.0)):
+    added: Any = type("Added", (Disc,), {})
+    monkeypatch.setattr("particles.bead.SHAPES", (added,))
+    for disc, tall in ((Disc(15.5e-3, 9e-3), 31.0), (added(15.5e-3, 9e-3), 31.0), (plain, 9.0)):
         ax = hl.plots.setup(hl.CoSimulation(hl.Chain([disc] * 20, None, 0.1), WALL))
         beads = [one for one in ax.patches if type(one).__name__ == "Ellipse"]
         assert min(one.center[0] - 0.5 * one.width for one in beads) == pytest.approx(-180.0)
