@@ -212,7 +212,7 @@ def _identification(
     said, notes = [one for one in prediction.warnings.values() if not one.startswith("yield: ")], list[str]()
     if not explained:
         words = "the model lacks something, and values may be wrong by more than their intervals; correct the model"
-        notes.append(f"the residual is {size:.3g} times the noise: {words}")
+        notes += [f"the residual is {size:.3g} times the noise: {words}", *misfit.measured.doubts]
     if len(said) < len(prediction.warnings):
         with collected():
             run = prediction.made(**prediction.values(best.places)).run(prediction.until)

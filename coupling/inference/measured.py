@@ -1,7 +1,7 @@
 """The signal of an identification: its samples, and the disturbances of its sensors. Disturbances are determined from
 the quiet lead alone: what the model lacks shows only where there are waves, and no disturbance may hide it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -55,6 +55,7 @@ class Measured(NamedTuple):
     time: Vector  # s
     sensors: list[Sensor]
     given: bool = False  # whether the size of the noise is known, not estimated
+    doubts: Sequence[str] = ()  # why sensors may be swapped; drift may raise such a doubt, too
 
     @property
     def step(self) -> float:
@@ -87,9 +88,8 @@ def measured_signal(signal: xr.Dataset, sensors: Iterable[int] | None, noise: fl
         least = NUMERICAL * float(abs(there).max())
         sensor = Sensor(bead, force, float(np.hypot(size, least)), lead_of(force))
         rows.append(_with_disturbances(sensor, given) if sensor.lead and noise_level(there) > least else sensor)
-    if kind == "signal" and (swapped := doubts_of_sensors(Reading(data))):
-        raise ValueError(f"signal: {swapped[0]}")
-    return Measured(np.asarray(data.time.values, dtype=float), rows, given)
+    doubts = doubts_of_sensors(Reading(data)) if kind == "signal" else []
+    return Measured(np.asarray(data.time.values, dtype=float), rows, given, doubts)
 
 
 def estimated(force: Vector) -> float:
