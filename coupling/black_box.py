@@ -361,10 +361,8 @@ class Loop:
 
 
 def run_windows(interface: Interface, scheme: Scheme, frames: Frames, length: float, stride: int) -> None:
-    """Fill the frames by windows of `length` s; `stride` windows make a saved interval.
-
-    Raises NotConverged, FloatingPointError, and ValueError for participants that break the rules of `Participant`.
-    """
+    """Fill the frames by windows of `length` s; `stride` windows make a saved interval. Raises NotConverged,
+    FloatingPointError, and ValueError for participants that break the rules of `Participant`."""
     loop = Loop(interface, scheme)
     boxes = [(place, body) for place, body in enumerate(interface.structures) if isinstance(body, CheckedParticipant)]
     negligible, repeated = PROBE * interface.indentation_scale, boxes if scheme.repeats else []

@@ -29,11 +29,9 @@ _WINDOWS = WeakKeyDictionary[Structure, dict[float, Any]]()
 
 
 class Engine:
-    """The compiled window loop of one run.
-
-    A structure without degrees of freedom never moves. If all structures are of this kind, windows may have any
-    length: one window then spans a saved interval, with the steps of all windows that the plan has there.
-    """
+    """The compiled window loop of one run. A structure without degrees of freedom never moves. If all structures are of
+    this kind, windows may have any length: one window then spans a saved interval, with the steps of all windows that
+    the plan has there."""
 
     def __init__(
         self, interface: Interface, scheme: Scheme, plan: Plan, recorder: Any, window: float | Adaptive | None = None
@@ -70,10 +68,8 @@ class Engine:
         )
 
     def advance(self, run: Run, first: int, last: int, halvings: int = 0) -> None:
-        """Advance the run from the end of window `first` to the end of window `last`, in place.
-
-        halvings: how often these windows were halved, because a whole one failed. Halved windows save nothing.
-        """
+        """Advance the run from the end of window `first` to the end of window `last`, in place. halvings: how often
+        these windows were halved, because a whole one failed. Halved windows save nothing."""
         stride, length = 0 if halvings else self.stride, self.length / 2**halvings
         while first < last:
             # The start of a run is saved, too.

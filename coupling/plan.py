@@ -95,9 +95,7 @@ def plan_run(
     fineness: float = 1.0,
 ) -> Plan:
     """Return the plan of a run up to `until` s, or raise a ValueError for times that do not fit; see CoSimulation.
-
-    fineness: factor of the number of windows that the scheme has in a contact.
-    """
+    fineness: factor of the number of windows that the scheme has in a contact."""
     valid = min(getattr(body.structure, "valid_until", inf) for body in interface.structures)
     if until > valid * (1.0 + SAME_TIME):
         raise ValueError(

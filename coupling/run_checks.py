@@ -76,10 +76,8 @@ def _is_sudden(chain: MovingChain) -> bool:
 
 
 def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
-    """Return the findings of all checks after a run that was saved every `interval` s, and warn of each.
-
-    The limits of contact laws are findings only, because each law warned of them when it was made.
-    """
+    """Return the findings of all checks after a run that was saved every `interval` s, and warn of each. The limits of
+    contact laws are findings only, because each law warned of them when it was made."""
     chains, of_chains, motions = interface.chains, frames.chains, list[Motion]()
     laws, found, times = list[str](), list[str](), interval * np.arange(frames.rows, dtype=float)
     for chain, part in zip(chains, of_chains, strict=True):

@@ -58,9 +58,7 @@ def check_structures(
     interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float
 ) -> Iterator[str]:
     """Yield a finding for each limit of theory, reduction or mesh that is exceeded, at the contact where it is worst.
-
-    motions: one for each chain; highest: the greatest displacement of each surface, m.
-    """
+    motions: one for each chain; highest: the greatest displacement of each surface, m."""
     worst = dict[str, tuple[float, str]]()
     for k, contact in enumerate(interface.contacts):
         body = interface.structures[contact.structure]

@@ -60,11 +60,8 @@ class Point(NamedTuple):
 
 
 class Misfit:
-    """The comparison of predictions with a signal.
-
-    nuisances: the parameters of the sensors that are fitted too: of `OF_SENSORS`. The attribute `names` holds all
-    parameters: the unknowns, the time zero, the gains.
-    """
+    """The comparison of predictions with a signal. nuisances: the parameters of the sensors that are fitted too: of
+    `OF_SENSORS`. The attribute `names` holds all parameters: the unknowns, the time zero, the gains."""
 
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Collection[str]) -> None:
         self.prediction, self.until, self.unit = prediction, prediction.until, prediction.contact_time
@@ -261,10 +258,8 @@ def unit_covariance(columns: Vector) -> Vector:
 
 
 def steps_for(errors: Vector) -> Vector:
-    """Return the steps of differences, as parts of the ranges: 0.3 standard deviations.
-
-    With much shorter steps derivatives would show the scatter of traces whose mesh changes with an unknown. Scatter
-    looks like information, and it made intervals too short.
-    """
+    """Return the steps of differences, as parts of the ranges: 0.3 standard deviations. With much shorter steps
+    derivatives would show the scatter of traces whose mesh changes with an unknown. Scatter looks like information, and
+    it made intervals too short."""
     steps: Vector = np.clip(0.3 * errors, 1e-5, 2e-2)
     return steps

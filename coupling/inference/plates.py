@@ -47,11 +47,9 @@ class OnModes:
 
 def modes_of(builds: Sequence[Build], until: float) -> OnModes | None:
     """Return a builder on the modes of the plates that these functions strike, or None if a function needs the mesh,
-    for example because it strikes two plates, or a plate at two places. until: length of the longest run, s.
-
-    The modes are those of a plate whose waves are as slow, and so as short, as any that the functions span. Each
-    function differs from the first by one quantity.
-    """
+    for example because it strikes two plates, or a plate at two places. until: length of the longest run, s. The modes
+    are those of a plate whose waves are as slow, and so as short, as any that the functions span. Each function differs
+    from the first by one quantity."""
     plates = list[Plate]()
 
     def noted(plate: Plate, contacts: list[Contact]) -> Structure:

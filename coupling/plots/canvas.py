@@ -66,9 +66,7 @@ def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
 
 def legend_below(ax: "Axes", title: str = "", height: float | None = None, under: float = UNDER) -> None:
     """Put the legend below the axes, where it covers nothing, with each label once. Figures of the plots become higher.
-
-    height: height of the figure without a legend, inches. under: distance of the legend below the axes, inches.
-    """
+    height: height of the figure without a legend, inches. under: distance of the legend below the axes, inches."""
     from matplotlib.transforms import ScaledTranslation
 
     figure: Any = ax.get_figure(root=True)

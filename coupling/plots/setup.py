@@ -179,10 +179,8 @@ def draw_chain(ax: Axes, chain: Described, y: float, is_free: bool) -> float:
 
 
 def side_of(data: Described) -> Iterator[tuple[float, float, float, str, dict[str, Any]]]:
-    """Yield the parts of a structure as seen from the side, from the contact on.
-
-    A part has a width along the chain, a half-height, the height of its middle above the contact, words and a look.
-    """
+    """Yield the parts of a structure as seen from the side, from the contact on. A part has a width along the chain, a
+    half-height, the height of its middle above the contact, words and a look."""
     kind, look, layers = str(data.get("kind", "structure")), {"facecolor": LAYER_COLOURS[0]}, data.get("layers") or []
     material: Any = data.get("material")
     of = f" of {material_of(data)}" if material else ""
@@ -214,10 +212,8 @@ def side_of(data: Described) -> Iterator[tuple[float, float, float, str, dict[st
 
 
 def draw_front(ax: Axes, plate: Described, touching: Mapping[int, int], x: float, y: float, top: float) -> float:
-    """Draw a plate as seen along the chain, to the right of x, below `top`; return its lowest y.
-
-    touching: for each contact point of the plate, the chain that touches it.
-    """
+    """Draw a plate as seen along the chain, to the right of x, below `top`; return its lowest y. touching: for each
+    contact point of the plate, the chain that touches it."""
     contact: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "linestyle": "none", "zorder": 4.0}
     # The outline and its holes, with the names of their edges.
     if "corners" in plate:

@@ -179,9 +179,7 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
 @contextmanager
 def written_whole(name: str, path: Path) -> Iterator[Path]:
     """Yield a temporary path. At the end the file or folder there replaces the one at `path`, whole or not at all.
-
-    name: the name of the argument that holds the path.
-    """
+    name: the name of the argument that holds the path."""
     parent = path.absolute().parent
     if not parent.is_dir():
         raise ValueError(f"{name} = {str(path)!r}: its parent folder does not exist")

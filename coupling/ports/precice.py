@@ -128,11 +128,9 @@ def run_in_precice(
 
 
 def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: dict[str, Any]) -> xr.Dataset:
-    """Run a chain to the end of the coupling. longest: the longest step, s.
-
-    All steps of the accepted windows are kept. `evaluations` and `residual` hold, at the last step of a window, how
-    often it was tried and the last change of its mean force, N; they are zero at other steps.
-    """
+    """Run a chain to the end of the coupling. longest: the longest step, s. All steps of the accepted windows are kept.
+    `evaluations` and `residual` hold, at the last step of a window, how often it was tried and the last change of its
+    mean force, N; they are zero at other steps."""
     steps, evaluations, residual = [Step(moving.start(), 0.0, 1.0, 0.0)], [0], [0.0]
     first, tries, before, most, weak = 0, 1, 0.0, longest, ROUNDING * moving.scales[0]
     with _coupled(side, ("displacement", "force"), 1) as (coupling, read, write):
@@ -255,11 +253,9 @@ def precice_configuration(chain: Chain, surface: Surface, until: float, flexibil
 def _coupled(
     side: Side, data: tuple[str, str], count: int
 ) -> Iterator[tuple[Any, Callable[[float], Vector], Callable[[Vector], None]]]:
-    """Begin a coupling and end it; after an error the other participant ends, too.
-
-    Yields the participant; a function that reads a number for each vertex at the end of a step (s); and one that writes
-    a number for each vertex. Each contact is a vertex. data: the names of what is read and of what is written.
-    """
+    """Begin a coupling and end it; after an error the other participant ends, too. Yields the participant; a function
+    that reads a number for each vertex at the end of a step (s); and one that writes a number for each vertex. Each
+    contact is a vertex. data: the names of what is read and of what is written."""
     if len(side.positions or ()) != count and (side.positions is not None or count > 1):
         raise ValueError(
             f"positions = {short(side.positions)}: must hold {count_of(count, 'position')}, one for each contact"

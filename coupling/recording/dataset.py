@@ -20,9 +20,7 @@ def dataset(
     interface: Interface, frames: Frames, interval: float, inputs: Mapping[str, Any], findings: Sequence[str] = ()
 ) -> xr.Dataset:
     """Return the Dataset of one run, with views of its frames. Shorter chains are padded with NaN; see `reading`.
-
-    inputs: the input of the run. findings: the lines of the attribute `warnings`.
-    """
+    inputs: the input of the run. findings: the lines of the attribute `warnings`."""
     chains, selection = interface.chains, frames.kept
     bodies, size = [*range(max(chain.mass.size for chain in chains))], len(chains)
     contacts = bodies
@@ -69,10 +67,8 @@ def _empty(
     layout: tuple[tuple[str, tuple[int, ...]], ...],
 ) -> xr.Dataset:
     """Return a Dataset without numbers, of which results with the same names and shapes are copies: xarray's checks of
-    names and shapes take as long as a run, and a copy takes a quarter of this time.
-
-    layout: the variables and their shapes. ends: the contacts with structures; empty for a single contact.
-    """
+    names and shapes take as long as a run, and a copy takes a quarter of this time. layout: the variables and their
+    shapes. ends: the contacts with structures; empty for a single contact."""
     several = ["chain"] if chains > 1 else []
     size = (chains,) if several else ()
     centres, forces, energy = np.zeros((*size, len(bodies))), np.zeros((*size, len(contacts))), np.zeros(size)

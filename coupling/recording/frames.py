@@ -48,11 +48,9 @@ class Motion(NamedTuple):
 
 
 class Frames:
-    """Frames of a run at its saved times, from the start in row 0 on; the ledger at all of them, or at both ends.
-
-    kept: what is kept of each chain; None for everything. The forces of all contacts are saved, because the checks
-    after the run need them. saved: all arrays, which the compiled loop fills; unknown energies of structures are NaN.
-    """
+    """Frames of a run at its saved times, from the start in row 0 on; the ledger at all of them, or at both ends. kept:
+    what is kept of each chain; None for everything. The forces of all contacts are saved, because the checks after the
+    run need them. saved: all arrays, which the compiled loop fills; unknown energies of structures are NaN."""
 
     def __init__(self, interface: Interface, rows: int, kept: Kept | None = None) -> None:
         self.rows, self.kept, self.places, self.contacts = rows, kept, interface.places, interface.bodies

@@ -194,10 +194,8 @@ class _Seen(NamedTuple):
 def _waves(
     reading: Reading, sensor: int, smallest: float, places: Sequence[int], earliest: float = 0.0, name: str = "sensor"
 ) -> _Seen:
-    """Return the waves at a sensor in each run or signal.
-
-    places: numbers of the waves that are needed; the incident wave is 0. name: the argument that gave the sensor.
-    """
+    """Return the waves at a sensor in each run or signal. places: numbers of the waves that are needed; the incident
+    wave is 0. name: the argument that gave the sensor."""
     most = 1 + max(places)
     if not reading.is_signal:
         peaks, found, template = find_waves(reading, sensor, smallest, most, name)

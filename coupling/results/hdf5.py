@@ -49,10 +49,8 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
 
 
 def read_netcdf(file: Path) -> xr.Dataset:
-    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file if it cannot be read.
-
-    A file that reads other files, or claims more than it can hold, is refused before it is read.
-    """
+    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file if it cannot be read. A
+    file that reads other files, or claims more than it can hold, is refused before it is read."""
     check_hdf5(existing(str(file), file), str(file))
     try:
         return xr.load_dataset(file, engine="h5netcdf")

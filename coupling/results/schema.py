@@ -129,10 +129,8 @@ def run_coordinates(
     times: Any, bodies: Sequence[int], contacts: Sequence[int], centres: Any, static_force: Any,
     impact_energy: Any = None, owner: Sequence[str] = (),
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the coordinates of a run, SI units.
-
-    bodies, contacts: their numbers, counted from zero. owner: "chain" if the run has several, or "run" for a batch.
-    """
+    """Return the coordinates of a run, SI units. bodies, contacts: their numbers, counted from zero. owner: "chain" if
+    the run has several, or "run" for a batch."""
     coordinates: dict[str, Any] = {
         "time": ("time", times, {"units": "s"}),
         "bead": ("bead", np.array(bodies)),

@@ -77,12 +77,10 @@ def is_inverted(values: Vector) -> bool:
 
 
 def noise_level(values: Vector) -> float:
-    """Return the standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
-
-    It follows from the median of third differences: smooth waves hardly change them, and single spikes do not change
-    the median. The median of |x| of a Gaussian is 0.6745 standard deviations, and third differences have 1 + 9 + 9 + 1
-    times the variance.
-    """
+    """Return the standard deviation of the white noise on a trace, at least that of the digitiser's rounding. It
+    follows from the median of third differences: smooth waves hardly change them, and single spikes do not change the
+    median. The median of |x| of a Gaussian is 0.6745 standard deviations, and third differences have 1 + 9 + 9 + 1
+    times the variance."""
     white = float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
     return max(white, resolution(values) / sqrt(12.0))  # rounding errors are uniform over one step
 
@@ -94,11 +92,9 @@ def resolution(values: Vector) -> float:
 
 
 def smoothed(values: Vector) -> tuple[Vector, float, float]:
-    """Return a trace smooth enough to look for waves, the noise left on it, and the width of its pulses in samples.
-
-    The width is that of the narrowest large pulse, or of the greatest one if none is large, at half its rise, so that
-    overlapping pulses remain separate. A trace without a peak is returned unchanged, with the width 0.
-    """
+    """Return a trace smooth enough to look for waves, the noise left on it, and the width of its pulses in samples. The
+    width is that of the narrowest large pulse, or of the greatest one if none is large, at half its rise, so that
+    overlapping pulses remain separate. A trace without a peak is returned unchanged, with the width 0."""
     noise, span = noise_level(values), float(np.ptp(values))
     # The squares of a Gaussian's weights sum to 1/(2 √π sigma): this part of the variance of white noise is left.
     target = ROUGH_NOISE * span
@@ -140,10 +136,8 @@ class Measures(NamedTuple):
 
 
 def measures(time: Vector, values: Vector, mains: float | None = None) -> Measures:
-    """Return the measures of a record, in which missing samples are NaN, before its waves are looked for.
-
-    mains: frequency of a hum in the lead, Hz; the lead then ends where the record leaves half its range.
-    """
+    """Return the measures of a record, in which missing samples are NaN, before its waves are looked for. mains:
+    frequency of a hum in the lead, Hz; the lead then ends where the record leaves half its range."""
     filled = interpolated_over_gaps(values)
     step, noise = resolution(values[np.isfinite(values)]), noise_level(filled)
     if mains is None:

@@ -78,9 +78,7 @@ def find_waves(
 ) -> tuple[Vector, list[Found], xr.DataArray | None]:
     """Return the first `most` waves over a bead of a run, a sweep or a batch: runs × waves × (amplitude, N, and
     arrival, s), NaN for missing waves; the waves found in each run; and a variable over the axes, None for one run.
-
-    smallest: least height, in units of the incident amplitude. name: the argument that gave the sensor.
-    """
+    smallest: least height, in units of the incident amplitude. name: the argument that gave the sensor."""
     number = reading.checked_sensor(sensor, name)
     reading.check_holds(("contact_force", "velocity"))
     data, time, kept = reading.data, reading.time, reading.data.bead.values.tolist()

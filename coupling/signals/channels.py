@@ -155,10 +155,8 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, ND
 
 
 def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple[Vector, dict[int, Vector], list[str]]:
-    """Return the times that all records of sensors share, their samples at these, and notes.
-
-    pieces: times, s, and samples of each sensor. what: the file or files, for messages.
-    """
+    """Return the times that all records of sensors share, their samples at these, and notes. pieces: times, s, and
+    samples of each sensor. what: the file or files, for messages."""
     times = [time for time, _ in pieces.values()]
     time, step = times[0], float(times[0][1] - times[0][0])
     if all(np.array_equal(time, other) for other in times[1:]):

@@ -205,11 +205,9 @@ def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
 
 class Records:
     """Runs that are in memory together: contact forces, N, and velocities, m/s, over runs × times × contacts or bodies,
-    NaN for a failed run; static forces, N, centres, m, and impact energies, J.
-
-    known: runs that have been built, by their numbers. before: findings that the user has seen; findings: of each run.
-    failures: why a run failed, None if it did not.
-    """
+    NaN for a failed run; static forces, N, centres, m, and impact energies, J. known: runs that have been built, by
+    their numbers. before: findings that the user has seen; findings: of each run. failures: why a run failed, None if
+    it did not."""
 
     def __init__(
         self, build: Callable[..., CoSimulation], columns: Columns, until: float, interval: float, kept: Kept,

@@ -91,11 +91,9 @@ class Task:
 def run_points(
     task: Task, points: Sequence[Point], jobs: int | None = None, together: int = 1, label: str = "sweep"
 ) -> list[Outcome]:
-    """Return the outcomes of points in their order.
-
-    jobs: the number of processes; by default one for each core, or as `joblib.parallel_config` says. together: the
-    number of neighbouring points that run in one process, one after the other. Raises RuntimeError if a process dies.
-    """
+    """Return the outcomes of points in their order. jobs: the number of processes; by default one for each core, or as
+    `joblib.parallel_config` says. together: the number of neighbouring points that run in one process, one after the
+    other. Raises RuntimeError if a process dies."""
     groups = [points[begin : begin + together] for begin in range(0, len(points), together)]
     ends: Iterable[list[Outcome]] = map(task.outcomes, groups)
     outcomes: list[Outcome] = []

@@ -50,11 +50,9 @@ class Failure:
 
 
 class Store:
-    """The finished points of the sweeps of one builder in a folder, which is made if its parent exists.
-
-    Sweeps may share a folder, even at the same time, because a file appears complete or not at all. inputs: what
-    determines the numbers besides the point: the builder, the length of the record and the measure.
-    """
+    """The finished points of the sweeps of one builder in a folder, which is made if its parent exists. Sweeps may
+    share a folder, even at the same time, because a file appears complete or not at all. inputs: what determines the
+    numbers besides the point: the builder, the length of the record and the measure."""
 
     def __init__(self, folder: str | os.PathLike[str], *inputs: Any) -> None:
         self.folder = Path(folder)
@@ -113,10 +111,8 @@ def own_sources() -> str:
 
 def identity(value: Any, seen: dict[int, Any] | None = None) -> Any:
     """Return plain data that changes with a value. For a function these are its source and the identity of all names.
-
     seen: the objects that are being followed, and all code that was followed. Raises ValueError for a function without
-    source, and for an object that cannot be pickled.
-    """
+    source, and for an object that cannot be pickled."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic):
