@@ -19,8 +19,8 @@ from coupling.inference.identification import (
     Identification,
     Unknown,
 )
-from coupling.inference.measured import measured_signal, with_memory
-from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit, unit_covariance
+from coupling.inference.measured import Sensor, measured_signal, with_memory
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Fit, Misfit, unit_covariance
 from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, Range, length_of
 from coupling.inference.search import MANY, UNLIKELY, Search
@@ -32,7 +32,10 @@ from structures.caution import collected
 from structures.checks import count_of, finite, not_negative, short, whole, within
 from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Count, Interval, Quantity
+from structures.structure import Vector
 from structures.units import readable
+
+AT_ONE_END = 1e-6  # A place at most so far from 0 or 1 is at an end of its range.
 
 
 @one_thread
@@ -163,36 +166,62 @@ def _identification(
     misfit, prediction, minima = search.misfit, search.misfit.prediction, search.minima()
     best, point, beside = search.settled(minima[0])
     if any(sensor.memory.size for sensor in misfit.measured.sensors):
-        # The residual of the first fit shows the memory of the noise.
-        rows = misfit.data(best).residual.transpose("sensor", "time").values
-        both = zip(misfit.measured.sensors, rows, strict=True)
-        sensors = [with_memory(sensor, row) if sensor.memory.size else sensor for sensor, row in both]
-        rivals = [one.places for one in minima if one.misfit < best.misfit + 10.0 * UNLIKELY]
+        # The residual of this fit shows the memory of the noise. With it each sample has another weight: fit again.
+        residuals, sensors = misfit.data(best).residual.transpose("sensor", "time").values, list[Sensor]()
+        for sensor, residual in zip(misfit.measured.sensors, residuals, strict=True):
+            sensors.append(with_memory(sensor, residual) if sensor.memory.size else sensor)
+        rivals = [fit.places for fit in minima if fit.misfit < best.misfit + 10.0 * UNLIKELY]
         misfit.count(misfit.measured._replace(sensors=sensors), best.time_zero)
         minima = [search.solved(places) for places in rivals]
         best, point, beside = search.settled(search.solved(best.places))
-    covariance, size, explained = misfit.covariance(point, discrepancy)
-    root, data = np.sqrt(np.diag(covariance)), misfit.data(best)
 
-    # Other fits that the noise does not exclude, and that differ from each other. A valley may be narrower than its
-    # curvature says, with another one beside it.
-    inflation = np.maximum(np.diag(covariance) / np.diag(unit_covariance(point.columns)), 1e-6)[: search.size]
-    intervals = np.array([search.interval(best, k, covariance, one) for k, one in enumerate(inflation.tolist())])
-    reach = np.minimum(3.0 * root[: search.size], 1.5 * abs(intervals - best.places[:, None]).max(axis=1))
+    covariance, size, explained = misfit.covariance(point, discrepancy)
+    modes, intervals = _modes_and_intervals(
+        search, best, [*minima, *beside], covariance, unit_covariance(point.columns)
+    )
+    unknowns = _unknowns(search, best, intervals, covariance, explained, nuisances)
+    notes = _notes(search, best, modes, unknowns, size, explained)
+    deviations, names = np.sqrt(np.diag(covariance)), misfit.names
+    correlation = xr.DataArray(covariance / np.outer(deviations, deviations), {"unknown": names, "other": names})
+    values = [prediction.values(mode.places) for mode in modes]
+    return Identification(
+        unknowns, correlation, misfit.data(best), size, explained, values, prediction.runs, notes, inputs
+    )
+
+
+def _modes_and_intervals(
+    search: Search, best: Fit, minima: Iterable[Fit], covariance: Vector, of_unit_noise: Vector
+) -> tuple[list[Fit], Vector]:
+    """Return the different fits that the noise does not exclude, the best first, and the 95 % intervals of the unknowns
+    as places, unknowns × ends, which contain all these fits."""
+    variances = np.diag(covariance)[: search.size]
+    deviations = np.sqrt(variances)
+    inflation = np.maximum(variances / np.diag(of_unit_noise)[: search.size], 1e-6)
+    intervals = np.array([search.interval(best, k, covariance, factor) for k, factor in enumerate(inflation.tolist())])
+
+    # Fits within this distance are the same. A valley may be narrower than its curvature says, with another one beside
+    # it, so that the distance is short where the interval is.
+    reach = np.minimum(3.0 * deviations, 1.5 * abs(intervals - best.places[:, None]).max(axis=1))
     modes = [best]
-    for fit in sorted([*minima, *beside], key=lambda one: one.misfit):
-        worse = (fit.misfit - best.misfit) / (UNLIKELY * inflation)
-        if worse.min() < 1.0 and all((abs(fit.places - mode.places) > reach).any() for mode in modes):
+    for fit in sorted(minima, key=lambda one: one.misfit):
+        rise = (fit.misfit - best.misfit) / (UNLIKELY * inflation)  # of χ², in units of an unlikely rise
+        different = all((abs(fit.places - mode.places) > reach).any() for mode in modes)
+        if rise.min() < 1.0 and different:
             modes.append(fit)
             # The intervals contain it, with its own interval.
-            room = DEVIATIONS * root[: search.size] * np.sqrt(np.maximum(1.0 - worse, 0.0))
-            ends = np.clip([fit.places - room, fit.places + room], 0.0, 1.0)
-            intervals = np.stack([np.minimum(intervals[:, 0], ends[0]), np.maximum(intervals[:, 1], ends[1])], axis=1)
+            half = DEVIATIONS * deviations * np.sqrt(np.maximum(1.0 - rise, 0.0))
+            low, high = np.clip([fit.places - half, fit.places + half], 0.0, 1.0)
+            intervals = np.stack([np.minimum(intervals[:, 0], low), np.maximum(intervals[:, 1], high)], axis=1)
+    return modes, intervals
 
-    unknowns = dict[str, Unknown]()
-    at_end = [min(place, 1.0 - place) < 1e-6 for place in best.places.tolist()]
-    for k, unknown in enumerate(search.ranges):
-        value, low, high = (unknown.value(one) for one in (best.places[k], *intervals[k]))
+
+def _unknowns(
+    search: Search, best: Fit, intervals: Vector, covariance: Vector, explained: bool, nuisances: Sequence[str]
+) -> dict[str, Unknown]:
+    """Return the builder's unknowns, and the parameters of the sensors, with their intervals and verdicts."""
+    misfit, unknowns = search.misfit, dict[str, Unknown]()
+    for unknown, place, ends in zip(search.ranges, best.places.tolist(), intervals, strict=True):
+        value, low, high = unknown.value(place), unknown.value(ends[0]), unknown.value(ends[1])
         if unknown.name in nuisances:
             verdict = NUISANCE
         elif not explained:
@@ -200,40 +229,60 @@ def _identification(
         elif high - low > HALF * min(2.0 * abs(value), unknown.high - unknown.low):
             verdict = BLIND
         else:
-            verdict = AT_END if at_end[k] else IDENTIFIED
+            verdict = AT_END if min(place, 1.0 - place) < AT_ONE_END else IDENTIFIED
         unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict)
-    halves, gains = (DEVIATIONS * root[search.size :]).tolist(), iter(best.gains.tolist())
-    for name, half in zip(misfit.names[search.size :], halves, strict=True):
-        unit, size_of = ("µs", misfit.unit) if name == TIME_ZERO else ("", 1.0)
-        value, half = best.time_zero if unit else next(gains), half * size_of
-        unknowns[name] = Unknown(name, value, (value - half, value + half), NUISANCE, unit, 1e-6 if unit else 1.0)
 
-    # Notes for the user. Runs of the search may warn of yielding; what counts is the run of the best fit.
-    said, notes = [one for one in prediction.warnings.values() if not one.startswith("yield: ")], list[str]()
+    halves = DEVIATIONS * np.sqrt(np.diag(covariance))[search.size :]
+    gains = iter(best.gains.tolist())
+    for name, half in zip(misfit.names[search.size :], halves.tolist(), strict=True):
+        if name == TIME_ZERO:
+            late, error = best.time_zero, half * misfit.unit
+            unknowns[name] = Unknown(name, late, (late - error, late + error), NUISANCE, "µs", 1e-6)
+        else:
+            gain = next(gains)
+            unknowns[name] = Unknown(name, gain, (gain - half, gain + half), NUISANCE)
+    return unknowns
+
+
+def _notes(
+    search: Search, best: Fit, modes: Sequence[Fit], unknowns: Mapping[str, Unknown], size: float, explained: bool
+) -> list[str]:
+    """Return the notes for the user: those of the runs, and those of the fit, of which it warns. size: of the residual,
+    in units of the noise."""
+    misfit, prediction, notes = search.misfit, search.misfit.prediction, list[str]()
     if not explained:
         words = "the model lacks something, and values may be wrong by more than their intervals; correct the model"
         notes += [f"the residual is {size:.3g} times the noise: {words}", *misfit.measured.doubts]
-    if len(said) < len(prediction.warnings):
+
+    # Runs of the search may warn of yielding; what counts is the run of the best fit.
+    of_runs = [one for one in prediction.warnings.values() if not one.startswith("yield: ")]
+    if len(of_runs) < len(prediction.warnings):
         with collected():
             run = prediction.made(**prediction.values(best.places)).run(prediction.until)
         notes += [finding for finding in findings_of(run) if finding.startswith("yield: ")]
+
+    # If the record shows no reflected wave, that is why an unknown is blind.
     if any(one.verdict == BLIND for one in unknowns.values()):
         with collected():
             end = min(float(misfit.measured.time[-1]) - best.time_zero, prediction.until)
             run = prediction.made(**prediction.values(best.places)).run(max(end, prediction.contact_time))
             primary = reflections(run, max(prediction.sensors)).primary
         if isinstance(primary, NoWave):
-            said = [one for one in said if not one.startswith("record: ")]
+            of_runs = [one for one in of_runs if not one.startswith("record: ")]
             notes.append(f"blind: {primary.reason}")
-    notes += [f"{one.name}: {AT_END}; widen it" for one, is_end in zip(search.ranges, at_end, strict=True) if is_end]
-    notes += [
-        f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or swap its wires"
-        for name, one in unknowns.items()
-        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
-    ]
+    for unknown, place in zip(search.ranges, best.places.tolist(), strict=True):
+        if min(place, 1.0 - place) < AT_ONE_END:
+            notes.append(f"{unknown.name}: {AT_END}; widen it")
+
+    for name, one in unknowns.items():
+        if name.startswith(f"{GAIN} ") and one.interval[1] < 0.0:
+            notes.append(
+                f"{name} is negative: this sensor's sign is reversed; give it a negative calibration, or swap its wires"
+            )
     for row, sensor in enumerate(misfit.measured.sensors):
         if sensor.drifts:
-            part = 50.0 * np.ptp(data.baseline.values[row][misfit.used[row]]) / float(abs(best.fitted[row]).max())
+            baseline = misfit.data(best).baseline.values[row][misfit.used[row]]
+            part = 50.0 * np.ptp(baseline) / float(abs(best.fitted[row]).max())
             shows = f"the quiet lead shows hum or drift; ± {part:.2g} % of the peak was fitted"
             notes.append(f"sensor {sensor.bead}: {shows}")
         if sensor.memory.size:
@@ -241,6 +290,7 @@ def _identification(
                 f"sensor {sensor.bead}: its noise is correlated from sample to sample, as the quiet lead shows, and "
                 f"was fitted with a memory of {count_of(sensor.memory.size, 'sample')}"
             )
+
     if prediction.failed:
         notes.append(f"{prediction.failed} of {prediction.runs} runs failed and were left out")
     if len(modes) > 1:
@@ -251,8 +301,4 @@ def _identification(
             "signal; fit again with another seed and compare"
         )
     warn(notes)
-    correlation = xr.DataArray(covariance / np.outer(root, root), {"unknown": misfit.names, "other": misfit.names})
-    values = [prediction.values(mode.places) for mode in modes]
-    return Identification(
-        unknowns, correlation, data, size, explained, values, prediction.runs, [*said, *notes], inputs
-    )
+    return [*of_runs, *notes]
