@@ -22,11 +22,9 @@ FINEST_PROFILE = 1e-3
 
 
 class Search:
-    """The search for the local minima of a misfit.
-
-    guess: a place to start from without a scan. lines: numbers of the unknowns whose ranges are scanned one by one.
-    steps: the steps of differences; spacing: the distances of places on lines; both are parts of the ranges.
-    """
+    """The search for the local minima of a misfit. guess: a place to start from without a scan. lines: numbers of the
+    unknowns whose ranges are scanned one by one. steps: the steps of differences; spacing: the distances of places on
+    lines; both are parts of the ranges."""
 
     def __init__(self, misfit: Misfit, seed: int, guess: Vector | None, lines: Sequence[int]) -> None:
         self.misfit, self.ranges, self.guess, self.lines = misfit, misfit.prediction.ranges, guess, lines
@@ -81,36 +79,40 @@ class Search:
         return minima
 
     def settled(self, fit: Fit) -> tuple[Fit, Point, list[Fit]]:
-        """Return the refined fit, or a better minimum near it; its derivatives; and the minima near it.
-
-        Beads that rattle make minima that are closer than the places of a line. A plate's edge at 37 mm was found at
-        36.8 mm, among valleys a few hundredths of a millimetre apart; the search leaves them one after the other.
-        """
-        minima, few = list[Fit](), self.size < MANY
-        for _ in range(6 if few else 3):
+        """Return the refined fit, or a better minimum near it; its derivatives; and the minima near it. Beads that
+        rattle make minima that are closer than the places of a line. A plate's edge at 37 mm was found at 36.8 mm,
+        among valleys a few hundredths of a millimetre apart; the search leaves them one after the other."""
+        minima = list[Fit]()
+        for _ in range(6 if self.size < MANY else 3):
             # Least squares again, with derivatives over steps that suit the errors.
             errors = np.sqrt(np.diag(unit_covariance(self.misfit.at(fit.places, self.steps).columns)))
             self.steps = steps_for(errors[: self.size])
             best = min(fit, self.solved(fit.places, 10, central=True), key=lambda one: one.misfit)
             point = self.misfit.at(best.places, self.steps)
 
-            # Each unknown moves by 2, 2.5, 3.1, … standard deviations, and the others as they correlate with it.
-            covariance, lines = unit_covariance(point.columns)[: self.size, : self.size], list[list[Fit]]()
-            for k in self.lines:
-                deviation = covariance[:, k] / np.sqrt(covariance[k, k])
-                distances = (2.0 * 1.25 ** np.arange(19))[:: 1 if few else 2]
-                if self.spacing[k]:
-                    distances = distances[: 1 + int((distances * deviation[k] < 2.0 * self.spacing[k]).sum())]
-                line = best.places + np.concatenate([-distances[::-1], [0.0], distances])[:, None] * deviation
-                line = np.clip(line[(line[:, k] >= 0.0) & (line[:, k] <= 1.0)], 0.0, 1.0)
-                lines.append(self.misfit.fits(list(line)))
-            starts = self._minima_on(lines, [best], HOPELESS * best.misfit, [0.0] * len(lines))
+            ridges = self._ridges(point)
+            starts = self._minima_on(ridges, [best], HOPELESS * best.misfit, [0.0] * len(ridges))
             minima += self._solved_from(starts, best)
-            fit = min(minima, key=lambda other: other.misfit, default=best)
+            fit = min(minima, key=lambda one: one.misfit, default=best)
             if fit.misfit > best.misfit - 1.0:
                 break
             minima.append(best)
         return best, point, minima
+
+    def _ridges(self, point: Point) -> list[list[Fit]]:
+        """Return the fits along each ridge of the likelihood through a point: an unknown moves by 2, 2.5, 3.1, … of its
+        standard deviations to either side, and the others as they correlate with it."""
+        covariance = unit_covariance(point.columns)[: self.size, : self.size]
+        ridges, factors = list[list[Fit]](), (2.0 * 1.25 ** np.arange(19))[:: 1 if self.size < MANY else 2]
+        for k in self.lines:
+            ridge, sides = covariance[:, k] / np.sqrt(covariance[k, k]), factors
+            if self.spacing[k]:
+                # The scan of the range has seen what is farther away than two of its places.
+                sides = factors[: 1 + int((factors * ridge[k] < 2.0 * self.spacing[k]).sum())]
+            places = point.fit.places + np.concatenate([-sides[::-1], [0.0], sides])[:, None] * ridge
+            inside = (places[:, k] >= 0.0) & (places[:, k] <= 1.0)
+            ridges.append(self.misfit.fits(list(np.clip(places[inside], 0.0, 1.0))))
+        return ridges
 
     def solved(
         self, start: Vector, tries: int = 30, precision: float = 1e-5, fixed: int | None = None, central: bool = False
