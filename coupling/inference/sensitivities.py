@@ -150,50 +150,63 @@ def differences(
     # If the derivatives from both sides differ, perhaps by rounding, a larger step follows. Contacts that open bend
     # traces, so that the error grows with the step. With jumps, a large step averages over many of them.
     for step in (1e-2, 3e-3, 1e-3) if jumps else (1e-6, 1e-5, 1e-4, 1e-3, 1e-2):
-        changes = [(name, part) for name in left for part in (step, -step)]
-        rows = [{**values}, *({**values, name: values[name] * (1.0 + part)} for name, part in changes)]
+        # The run at x, then for each parameter that is left those at x (1 + step) and x (1 − step).
+        rows = [{**values}]
+        for name in left:
+            rows += [{**values, name: values[name] * (1.0 + side * step)} for side in (1.0, -1.0)]
         columns = {name: [row[name] for row in rows] for name in values}
         with collected():  # the user did not ask for these runs
             runs = Records(lambda **row: build(**row).replace(**settings), columns, until, plan.interval, kept, beads)
             runs.fill(1)
             data = runs.dataset().drop_vars(list(values)).assign_attrs(run.attrs)
             measures = as_measures(measure(data), len(rows), run.variables)
-        for name, value in measures.data_vars.items():
-            if {"run", "parameter"} & {*value.dims} != {"run"} or name in run.variables:
+        quantities = {"contact_force": runs.force, "velocity": runs.velocity}
+        for key, value in measures.data_vars.items():
+            if {"run", "parameter"} & {*value.dims} != {"run"} or key in run.variables:
                 raise ValueError(
-                    f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run, have no dimension "
+                    f"measure(runs): {key} has the dimensions {dict(value.sizes)}; must keep run, have no dimension "
                     "parameter, and have a name that a run does not use"
                 )
-        every = {"contact_force": runs.force, "velocity": runs.velocity}
-        every |= {str(name): value.transpose("run", ...).values for name, value in measures.data_vars.items()}
-        for place, name in enumerate(left):
-            above, below = 1 + 2 * place, 2 + 2 * place
-            if reasons := [str(runs.failures[i]) for i in (above, below) if runs.failures[i]]:
+            quantities[str(key)] = value.transpose("run", ...).values
+
+        for name, above in zip(left, range(1, len(rows), 2), strict=True):
+            if reasons := [str(failure) for failure in runs.failures[above : above + 2] if failure]:
                 shown = readable(values[name], getattr(build, "units", {}).get(name, ""), 6)
                 failures.setdefault(
                     name,
                     f"{name}: build fails at {shown} ± {100.0 * step:g} %, where a difference needs it: {reasons[0]}",
                 )
                 continue
-            slopes = {key: (part[above] - part[below]) / (2.0 * step * values[name]) for key, part in every.items()}
-            bends = {key: abs(part[above] - 2.0 * part[0] + part[below]) / (2.0 * step) for key, part in every.items()}
-            size, bend = abs(slopes["contact_force"] * values[name]).mean(), bends["contact_force"].mean()
-            # A bend does not matter if it is below a thousandth of the force, scaled to a change by the whole value.
-            doubt = 0.0 if bend <= max(1e-3 * abs(runs.force[0]).mean(), (0.05 if jumps else 0.01) * size) else inf
-            if doubt and size:
-                doubt = float(bend / size)
-            bent = [
-                key for key in map(str, measures.data_vars)
-                if np.any(bends[key] > 0.05 * abs(slopes[key] * values[name]) + 1e-3 * abs(every[key][0]))
-            ]  # fmt: skip
-            if name not in found or doubt < found[name].doubt:
-                found[name] = Derivative(slopes, doubt, bent)
+            at = {key: (part[above + 1], part[0], part[above]) for key, part in quantities.items()}
+            derivative = _central(at, values[name], step, jumps)
+            if name not in found or derivative.doubt < found[name].doubt:
+                found[name] = derivative
         left = [name for name in left if name not in found or found[name].doubt]
         if not left:
             break
     if missing := [name for name in values if name not in found]:
         raise ValueError(failures[missing[0]])
     return {name: found[name] for name in values}, data
+
+
+def _central(at: Mapping[str, tuple[Vector, Vector, Vector]], value: float, step: float, jumps: bool) -> Derivative:
+    """Return the derivatives by central differences. at: each quantity f at x (1 − step), at x, and at x (1 + step)."""
+    slopes, bends, bent = dict[str, Vector](), dict[str, Vector](), list[str]()
+    for key, (below, here, above) in at.items():
+        slopes[key] = (above - below) / (2.0 * step * value)  # df/dx
+        bends[key] = abs(above - 2.0 * here + below) / (2.0 * step)  # half the difference of x df/dx from both sides
+        small = 0.05 * abs(slopes[key] * value) + 1e-3 * abs(here)
+        if key not in ("contact_force", "velocity") and np.any(bends[key] > small):
+            bent.append(key)
+
+    # A bend does not matter if it is below a thousandth of the force, scaled to a change by the whole value.
+    slope, bend = abs(slopes["contact_force"] * value).mean(), bends["contact_force"].mean()
+    force = abs(at["contact_force"][1]).mean()
+    if bend <= max(1e-3 * force, (0.05 if jumps else 0.01) * slope):
+        doubt = 0.0
+    else:
+        doubt = float(bend / slope) if slope else inf
+    return Derivative(slopes, doubt, bent)
 
 
 def waves_at(sensors: Sequence[int], runs: xr.Dataset) -> xr.Dataset:
