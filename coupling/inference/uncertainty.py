@@ -156,14 +156,17 @@ def uncertainty(
     if wide := [name for name in names if run[name].ndim]:
         shape = run[wide[0]].shape
         raise ValueError(f"measure(runs): {wide[0]} has the shape {shape} for each run; must be one number")
-    value = {name: float(run[name]) for name in names}
-    parts = {name: (run[f"{name}_derivative"].values * deviations) ** 2 for name in names}
-    standard = {name: sqrt(float(part.sum())) for name, part in parts.items()}
-    standard = {name: size if size > 1e-10 * abs(value[name]) else 0.0 for name, size in standard.items()}  # rounding
-    shares = {
-        parameter: {name: float(part[k] / part.sum()) if part.sum() > 0.0 else 0.0 for name, part in parts.items()}
-        for k, parameter in enumerate(inputs)
-    }
+
+    # The law of propagation: u² = Σ (∂f/∂xᵢ)² uᵢ².
+    value, standard = {name: float(run[name]) for name in names}, dict[str, float]()
+    shares: dict[str, dict[str, float]] = {parameter: {} for parameter in inputs}
+    for name in names:
+        parts = (run[f"{name}_derivative"].values * deviations) ** 2
+        variance = float(parts.sum())
+        rounding = 1e-10 * abs(value[name])
+        standard[name] = sqrt(variance) if sqrt(variance) > rounding else 0.0
+        for parameter, part in zip(inputs, parts.tolist(), strict=True):
+            shares[parameter][name] = part / variance if variance > 0.0 else 0.0
     units = {name: str(run[name].attrs.get("units", "1")) for name in names} | getattr(build, "units", {})
     budget = Uncertainty(value, standard, shares, inputs, units, warnings=findings_of(run))
     if lacking := [name for name in names if not isfinite(value[name])]:
@@ -172,37 +175,50 @@ def uncertainty(
         reasons = (f"there is no {wave.which} wave: {wave.reason}" for wave in waves if isinstance(wave, NoWave))
         said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
 
-    # Draws of all parameters; or two runs for each parameter, one standard uncertainty below and above its value.
-    ends = np.kron(np.eye(len(inputs)), [[-1.0], [1.0]])
-    moves = np.random.default_rng(seed).standard_normal((len(inputs), draws)).T if draws else ends
-    columns = dict(zip(inputs, (centres + deviations * moves).T.tolist(), strict=True))
+    # Two runs for each parameter, one standard uncertainty below and above its value; or draws of all parameters.
+    moves: Vector = np.asarray(np.kron(np.eye(len(inputs)), [-1.0, 1.0]), dtype=float)
+    if draws:
+        moves = np.random.default_rng(seed).standard_normal((len(inputs), draws))
+    rows = centres[:, None] + deviations[:, None] * moves
     with collected() as heard:
         tables = batch(
             build, until, sensors=[sensor],
-            measure=lambda runs: as_measures(read(runs), runs.sizes["run"], runs.variables), **columns,
+            measure=lambda runs: as_measures(read(runs), runs.sizes["run"], runs.variables),
+            **dict(zip(inputs, rows.tolist(), strict=True)),
         )  # fmt: skip
     if draws:
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, budget.warnings)]
         budget.samples.update({name: tables[name].values for name in names})
-    for name in names:
-        drawn = tables[name].values
-        there = drawn[np.isfinite(drawn)]
-        if not isfinite(value[name]):
-            continue
-        if there.size < drawn.size:
-            runs = "sampled runs" if draws else "runs at the ends of the uncertainties"
-            said.append(f"{name}: {drawn.size - there.size} of {drawn.size} {runs} failed, or have no such wave")
-        if draws and there.size > 1:
-            budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
-        moved = float(there.std(ddof=1)) if draws else sqrt(0.25 * float((np.diff(drawn.reshape(-1, 2)) ** 2).sum()))
-        # Sampled runs may differ by 5 % and two standard errors; less than 1e-4 of a measure is a numerical error.
-        limit = 0.05 + 2.0 / sqrt(2.0 * draws) if draws else 0.3
-        if abs(moved - standard[name]) > limit * max(standard[name], 1e-4 * abs(value[name])):
-            both = [readable(size, units[name], 2) for size in (moved, standard[name])]
-            said.append(
-                f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
-                f"uncertainty {both[0]}, and the derivatives {both[1]}"
-            )
+    said += _not_linear(budget, {name: tables[name].values for name in names}, draws)
     warn(said)
     budget.warnings.extend(said)
     return budget
+
+
+def _not_linear(budget: Uncertainty, runs: dict[str, Vector], draws: int) -> list[str]:
+    """Return notes on measures that are not linear over the uncertainties, and add mean and deviation of draws to the
+    budget. runs: each measure over the draws or, if there are none, over both ends of each parameter."""
+    notes = list[str]()
+    for name, found in runs.items():
+        value, standard, there = budget.value[name], budget.standard[name], found[np.isfinite(found)]
+        if not isfinite(value):
+            continue
+        if there.size < found.size:
+            which = "sampled runs" if draws else "runs at the ends of the uncertainties"
+            notes.append(f"{name}: {found.size - there.size} of {found.size} {which} failed, or have no such wave")
+        if draws and there.size > 1:
+            budget.sampled[name] = float(there.mean()), float(there.std(ddof=1))
+        if draws:
+            # The standard deviation of n draws has the relative standard error 1/√(2 n); it may differ by two, and 5 %.
+            spread, limit = float(there.std(ddof=1)), 0.05 + 2.0 / sqrt(2.0 * draws)
+        else:
+            # By central differences over the uncertainties: u² = Σ [(f(xᵢ + uᵢ) − f(xᵢ − uᵢ))/2]².
+            spread, limit = sqrt(0.25 * float((np.diff(found.reshape(-1, 2)) ** 2).sum())), 0.3
+        # Less than 1e-4 of a measure is a numerical error.
+        if abs(spread - standard) > limit * max(standard, 1e-4 * abs(value)):
+            both = [readable(size, budget.units[name], 2) for size in (spread, standard)]
+            notes.append(
+                f"{name}: is not linear over these uncertainties, or moves in steps; runs over them give the standard "
+                f"uncertainty {both[0]}, and the derivatives {both[1]}"
+            )
+    return notes
