@@ -198,10 +198,8 @@ class Taps(Task):
 
 
 def _mean_of_taps(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
-    """Return the answer of all taps of a point, the means weighted by the taps' intervals, and warnings.
-
-    If taps scatter more than their intervals allow (χ² test, 5 %), the interval follows from Student's distribution.
-    """
+    """Return the answer of all taps of a point, the means weighted by the taps' intervals, and warnings. If taps
+    scatter more than their intervals allow (χ² test, 5 %), the interval follows from Student's distribution."""
     first, count = taps[0].assign_attrs(taps=len(taps), fits=max(tap.attrs.get("fits", 1) for tap in taps)), len(taps)
     if count == 1:
         return first, []
@@ -256,45 +254,59 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
 
 def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None) -> xr.Dataset:
     """Return the map of all points. A store identifies an answer by the content of its files."""
-    files = [[Path(name) for name in point["files"]] for point in grid.points]
-    sums = [[sha256(one.read_bytes()).hexdigest() if one.is_file() else "" for one in taps] for taps in files]
-    points: list[Point] = [{**point, "sums": own} for point, own in zip(grid.points, sums, strict=True)]
+    points = list[Point]()
+    for point in grid.points:
+        files = [Path(name) for name in point["files"]]
+        sums = [sha256(file.read_bytes()).hexdigest() if file.is_file() else "" for file in files]
+        points.append({**point, "sums": sums})
     if work.store is None:
         outcomes = run_points(work, points, jobs, label="map")
     else:
         outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
-    failures = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, Failure)}
-    errors = {k: one.message if one.kind == "ValueError" else str(one) for k, one in failures.items()}
-    answers = {k: outcome for k, outcome in enumerate(outcomes) if not isinstance(outcome, Failure)}
+    answers, errors = dict[int, xr.Dataset](), dict[int, str]()
+    for k, outcome in enumerate(outcomes):
+        if not isinstance(outcome, Failure):
+            answers[k] = outcome
+        else:
+            errors[k] = outcome.message if outcome.kind == "ValueError" else str(outcome)
     if not answers:
+        # A map without an answer leaves nothing in its store.
         for path in map(work.store.path, points) if work.store else ():
             path.unlink(missing_ok=True)
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
 
-    shown = dict[str, tuple[str, float]]()
+    data, first = _map(grid, answers), answers[min(answers)]
+    data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
+    data["error"] = "point", [errors.get(k, "") for k in range(len(points))]
+    said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}
+    findings = [f"failed: {where(data, k)}: {error}" for k, error in errors.items()] + gathered(said, len(points))
+    warn(findings)
+    return with_warnings(data, findings)
+
+
+def _map(grid: Grid, answers: Mapping[int, xr.Dataset]) -> xr.Dataset:
+    """Return the answers, given by the numbers of their points, over all points and all unknowns."""
+    unknowns = dict[str, tuple[str, float]]()  # unit, and its size in SI units
     for answer in answers.values():
         columns = (answer[name].values.tolist() for name in ("unknown", "unit", "unit_size"))
-        shown |= {name: (unit, size) for name, unit, size in zip(*columns, strict=True)}
-    empty = xr.Dataset({name: ("unknown", [one] * len(shown)) for name, one in NONE.items()}, {"unknown": list(shown)})
-    every = [answers.get(k, empty) for k in range(len(outcomes))]
-    rows = [answer[list(NONE)].reindex(unknown=list(shown), fill_value=NONE) for answer in every]
+        unknowns |= {name: (unit, size) for name, unit, size in zip(*columns, strict=True)}
+    names = list(unknowns)
+    none = xr.Dataset({name: ("unknown", [value] * len(names)) for name, value in NONE.items()}, {"unknown": names})
+    every = [answers.get(k, none) for k in range(len(grid.points))]
+    rows = [answer[list(NONE)].reindex(unknown=names, fill_value=NONE) for answer in every]
     data = xr.concat(rows, "point", combine_attrs="drop")
     data["verdict"] = data.verdict.astype(str)
-    data["unit"], data["unit_size"] = (("unknown", list(column)) for column in zip(*shown.values(), strict=True))
+    data["unit"] = "unknown", [unit for unit, _ in unknowns.values()]
+    data["unit_size"] = "unknown", [size for _, size in unknowns.values()]
+
     for name, unit in zip("xy", grid.units, strict=True):
         place = {"units": "m", "unit": unit, "size": float(factor(unit, "m"))}
         data[name] = "point", [float(point[name]) for point in grid.points], place
-    for name in ("taps", "fits"):
-        data[name] = "point", [int(answer.attrs.get(name, 0)) for answer in every]
+    data["taps"] = "point", [int(answer.attrs.get("taps", 0)) for answer in every]
+    data["fits"] = "point", [int(answer.attrs.get("fits", 0)) for answer in every]
     data["misfit"] = "point", [float(answer.attrs.get("misfit", np.nan)) for answer in every]
-    data["files"] = "point", ["; ".join(name.name for name in names) for names in files]
-    data["error"] = "point", [errors.get(k, "") for k in range(len(outcomes))]
-    first = next(iter(answers.values()))
-    data.attrs = {name: value for name, value in first.attrs.items() if name in ("input", "versions")}
-    said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}
-    findings = [f"failed: {where(data, k)}: {error}" for k, error in errors.items()] + gathered(said, len(outcomes))
-    warn(findings)
-    return with_warnings(data, findings)
+    data["files"] = "point", ["; ".join(Path(name).name for name in point["files"]) for point in grid.points]
+    return data
 
 
 def where(data: xr.Dataset, point: int) -> str:
