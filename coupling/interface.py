@@ -55,11 +55,9 @@ Facing: TypeAlias = Structure | MovingStructure | Participant | ContactPoint | N
 
 class Interface:
     """Chains, structures, and the K contacts between them, by chain; the last bead's contact precedes the first's.
-
     facing, behind: what the last bead of each chain faces, and what the struck side of its first bead faces: a
     Structure, a Participant, a ContactPoint, or None for nothing. The forces of all contacts are an array of K numbers,
-    and so are the displacements of the contact points.
-    """
+    and so are the displacements of the contact points."""
 
     def __init__(
         self,

@@ -98,12 +98,10 @@ class SignalWaves:
         return tops
 
     def _placed(self, peaks: NDArray[np.intp]) -> list[Peak]:
-        """Return height and time of each wave: the top of a polynomial through the samples around its peak.
-
-        The smoothed signal has its peak at another place if a pulse is asymmetric or has two humps. So polynomials over
-        the same reach first slide along the upper half of the pulse, between its two valleys, and the one that is
-        highest in its middle is taken.
-        """
+        """Return height and time of each wave: the top of a polynomial through the samples around its peak. The
+        smoothed signal has its peak at another place if a pulse is asymmetric or has two humps. So polynomials over the
+        same reach first slide along the upper half of the pulse, between its two valleys, and the one that is highest
+        in its middle is taken."""
         time, force, smooth, step = self.time, self.force, self.smooth, self.time[1] - self.time[0]
         edges = [0, *map(int, peaks), force.size - 1]
         valleys = [edge + int(smooth[edge : following + 1].argmin()) for edge, following in pairwise(edges)]

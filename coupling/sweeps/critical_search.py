@@ -158,13 +158,11 @@ class _Search:
         return last_crossing(*as_arrays(self.curve), self.tolerance)
 
     def next(self) -> list[float]:
-        """Return the distances, m, that the search needs next.
-
-        This is the midpoint of the bracket if it suffices, or if the last step was slow. Otherwise these are two places
-        close to the crossing of a cubic spline through three neighbours on each side, if they lie in the bracket. At
-        the end, these are places beyond it, as AR may leave the band between two samples: turns of a spline through all
-        samples near the edge of the band or outside it; else, up to twice the crossing, the middles of wide intervals.
-        """
+        """Return the distances, m, that the search needs next. This is the midpoint of the bracket if it suffices, or
+        if the last step was slow. Otherwise these are two places close to the crossing of a cubic spline through three
+        neighbours on each side, if they lie in the bracket. At the end, these are places beyond it, as AR may leave the
+        band between two samples: turns of a spline through all samples near the edge of the band or outside it; else,
+        up to twice the crossing, the middles of wide intervals."""
         _, low, high = self.crossing()
         x, y = self.samples()
         if not high < inf:

@@ -52,10 +52,7 @@ def test_bad_input() -> None:
         (lambda: hl.average_taps([]), "signals = "),
         (lambda: hl.average_taps(taps, sensor=8), "sensor = 8: must be one that was measured: 7"),
         (lambda: hl.average_taps([taps[0], taps[1].isel(time=slice(None, None, 2))]), "with a sample every 4e-07 s"),
-        (
-            lambda: hl.average_taps([taps[0], taps[1].assign_coords(sensor=[9])]),
-            "has sensors .9. .*, must have .* .7.",
-        ),
+        (lambda: hl.average_taps([taps[0], taps[1].assign_coords(sensor=[9])]), "has sensors .9. .*, must have .* .7."),
     ):
         with pytest.raises(ValueError, match=message):
             call()
