@@ -7,7 +7,8 @@ Before, it prints how far AR of secondary waves on a meshed plate depends on the
 
 Rods, half-spaces and infinite plates: Runge–Kutta steps of the chain with the exact response of the wall (d'Alembert's
 echoes; a dashpot), which share no code with hertzlink. Meshed plates: the infinite plate, or the exact half-plane where
-an edge is near; the other edges are too far to matter while the bead touches. Half-planes: more oscillators.
+an edge is near; the other edges are too far to matter while the bead touches. Half-planes: more oscillators. Losses:
+shorter steps and finer cells.
 """
 
 import sys
@@ -143,7 +144,7 @@ def peak(values: Vector, place: int) -> tuple[float, float]:
 
 def finely(build: Callable[..., hl.CoSimulation], cells: int = 1) -> dict[str, float]:
     """Return the measures of a run in windows and steps that are FINER times as short, on cells so many times finer."""
-    with finer(cells=cells):
+    with finer(cells=cells, tolerance=1.0 if cells == 1 else 1e-2):
         simulation = build()
     plan = simulation.plan(UNTIL)
     steps = simulation.chain.steps(plan.length)
@@ -227,12 +228,30 @@ def half_plane(random: np.random.Generator) -> Setup:
     return Setup(build, lambda near: finely(build, FINEST))
 
 
+def lossy(random: np.random.Generator) -> Setup:
+    """Return a set-up of the kinds above with losses; its truth is a run in shorter steps, on finer cells."""
+    setup = (half_space, rod, plate)[random.integers(3)](random)
+    losses = (
+        hl.LinearDashpot(between(random, 0.5, 8.0)), hl.KuwabaraKono(between(random, 1e-7, 2e-6)),
+        hl.Restitution(between(random, 0.8, 0.98)), hl.MassProportional(between(random, 20.0, 500.0)),
+    )  # fmt: skip
+    loss = losses[random.integers(4)]
+
+    def build() -> hl.CoSimulation:
+        usual = setup.build()
+        chain: Any = usual.chain.chain
+        return usual.replace(chain=hl.Chain(chain.beads, chain.striker, chain.impact_speed, dissipation=loss))
+
+    return Setup(build, lambda near: finely(build, FINEST))
+
+
 KINDS: dict[str, Callable[[np.random.Generator], Setup]] = {
     "half-space": half_space,
     "infinite plate": infinite_plate,
     "rod": rod,
     "rod, few oscillators": lambda random: rod(random, int(random.integers(4, 12))),
     "half-plane": half_plane,
+    "with losses": lossy,
     "mesh of the infinite plate": plate,
     "mesh, an edge near": lambda random: plate(random, str(random.choice(["clamped", "simple", "free"]))),
 }
