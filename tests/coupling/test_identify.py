@@ -349,6 +349,20 @@ def test_an_edge_that_the_trace_hardly_shows_is_blind() -> None:
     assert found["distance"].interval[0] < 0.075 < found["distance"].interval[1]
 
 
+def test_a_second_valley_beside_a_flat_one_belongs_to_the_interval() -> None:
+    """The modulus hardly changes at 0.3, so the curvature promises nothing, and it is nearly the same at 0.47."""
+    signal = tap(wall(3e9))
+    best = hl.identify(signal, wall, until=UNTIL, modulus=(1e9, 9e9))["modulus"].value
+
+    def build(place: float) -> hl.CoSimulation:
+        flat, other = 7e10 * (place - 0.3) ** 3, 1e6 + 1e10 * (place - 0.47) ** 2
+        return wall(best + (flat if place < 0.35 else min(flat, other)))
+
+    found = hl.identify(signal, build, until=UNTIL, place=(0.0, 1.0))
+    assert [mode["place"] for mode in found.modes] == pytest.approx([0.3, 0.47], abs=0.01)
+    assert found["place"].interval[0] < 0.29 < 0.48 < found["place"].interval[1]
+
+
 SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arange(600) - 300) / 20.0) ** 2))})
 
 
