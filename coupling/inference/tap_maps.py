@@ -16,9 +16,10 @@ import xarray as xr
 from coupling.inference.identification import AT_END, BLIND, DEVIATIONS, NOT_TRUSTED, NUISANCE, Identification
 from coupling.inference.measured import estimated
 from coupling.inference.prediction import NUMERICAL
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.ar_and_tof import SMALLEST_WAVE, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.sensor_trace import noise_level
+from coupling.results.signal_waves import SignalWaves
 from coupling.sweeps.points import Task, run_points
 from coupling.sweeps.store import Failure, Point, Store
 from coupling.sweeps.sweep import outcomes_kept
@@ -238,11 +239,15 @@ def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
         white = np.random.default_rng(sensor).normal(size=(60, force.size))
         white[:, 1:] *= np.sqrt(1.0 - m**2)
         noise = size * scipy.signal.lfilter([1.0], [1.0, -m], white, axis=-1)
-        forces = ("draw", "time", "sensor"), (force + noise)[..., None]
-        drawn = signal.sel(sensor=[sensor]).assign(sensor_force=forces)
-        for name, measure, unit in (("AR", amplitude_ratio, ("", 1.0)), ("TOF", time_of_flight, ("µs", 1e-6))):
+        drawn = np.full((len(noise), 2), np.nan)
+        for draw, noisy in zip(drawn, force + noise, strict=True):
+            (top, arrival), *back = SignalWaves(signal.time.values, noisy, SMALLEST_WAVE).peaks or [(np.nan, np.nan)]
+            if back:
+                draw[:] = back[0][0] / top, back[0][1] - arrival
+        measures = ("AR", amplitude_ratio, ("", 1.0)), ("TOF", time_of_flight, ("µs", 1e-6))
+        for (name, measure, unit), values in zip(measures, drawn.T, strict=True):
             here = float(measure(signal, sensor))
-            scatter = float(np.sqrt(np.nanmean((measure(drawn, sensor).values - here) ** 2)))
+            scatter = float(np.sqrt(np.nanmean((values - here) ** 2)))
             half = DEVIATIONS * np.hypot(scatter, NUMERICAL * abs(here))
             verdict = FAILED if np.isnan(here) else MEASURED
             rows[f"{name} at bead {sensor}"] = here, here - half, here + half, verdict, *unit

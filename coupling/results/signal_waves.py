@@ -118,7 +118,7 @@ class SignalWaves:
             first, last = max(before, peak - half), min(after, peak + half) + 1
             start, stop = max(0, first - reach), min(force.size, last + reach)
             if stop - start > 2 * reach:
-                moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
+                moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER, mode="nearest")
                 peak = first + int(moving[first - start : last - start].argmax())
             near = slice(max(0, peak - reach), peak + reach + 1)
             fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
