@@ -108,9 +108,8 @@ class HollowSphere(_Round):
 
     @property
     def shell_flexibility(self) -> float:
-        """Compliance of the wall, m/N: √(3(1 − ν²)) R/(4 E h²), with the mean radius R and the wall thickness h.
-
-        The same formula for a sphere without a cavity is subtracted.
+        """Compliance of the wall, m/N: √(3(1 − ν²)) R/(4 E h²), with the mean radius R and the wall thickness h. The
+        same formula for a sphere without a cavity is subtracted.
         """
         wall, mean = self.radius - self.inner_radius, 0.5 * (self.radius + self.inner_radius)
         shape = mean / wall**2 - 0.5 / self.radius

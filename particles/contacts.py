@@ -127,42 +127,51 @@ def kernel_laws(chains: Sequence["MovingChain"]) -> Any:
     """Return the laws of all contacts as a piece: Hertz's law, tables, the laws' own pieces, contacts that yield."""
     laws = [None if chain.yielding is not None else law for chain in chains for law in chain.local_laws]
     others = [None if law is None or law.piece is not None else law for law in laws]
-    stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
-    whole: Any = Hertz(stiffness)
-
     # Equal laws have the same table, some different laws share one, and laws of Hertz's shape have none.
-    table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
-    if table_of:
-        tables = list({id(table): table for table in table_of.values()}.values())
-        starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
-        first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
-        tabulated = Tabulated(stiffness, first, np.concatenate(tables))
-        whole = tabulated if (first >= 0).all() else Mixed(tabulated, whole, first >= 0)  # type: ignore[arg-type]
+    kernel: dict[Any, Any] = {law: law.kernel for law in dict.fromkeys(others) if law is not None}
+    stiffness, tables = zip(*(kernel.get(law, (0.0, None)) for law in others), strict=True)
+    first, rows = table_rows(tables)
+    piece: Any = mixed(Tabulated(np.array(stiffness), first, rows), Hertz(np.array(stiffness)), first >= 0)
 
-    for piece in dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None):
-        chosen = [law if law is not None and law.piece is piece else None for law in laws]
-        where = np.array([law is not None for law in chosen])
-        whole = filled(piece, chosen) if where.all() else Mixed(filled(piece, chosen), whole, where)
+    for own in dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None):
+        chosen = [law if law is not None and law.piece is own else None for law in laws]
+        piece = mixed(filled(own, chosen), piece, np.array([law is not None for law in chosen]))
 
     yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
-    if not yields.any():
-        return whole
-    contacts = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
-    yielding = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
-    different = [*dict.fromkeys(filter(None, yielding))]
-    pairs = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
-    begins = np.cumsum([0, *map(len, pairs)])
-    place = [0 if contact is None else 2 * different.index(contact) for contact in yielding]
-    own = Yielding(
+    return mixed(kernel_yielding(chains), piece, yields) if yields.any() else piece
+
+
+def kernel_yielding(chains: Sequence["MovingChain"]) -> Yielding:
+    """Return the contacts that yield as a piece; a contact whose elastic law is not trusted so far never yields."""
+    given = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
+    contacts = [contact if contact is not None and contact.overlap < inf else None for contact in given]
+    loading, dent = zip(*(contact.tables if contact else (None, None) for contact in contacts), strict=True)
+    first, rows = table_rows(loading + dent)
+    return Yielding(
         np.concatenate([chain.stiffness for chain in chains]),
-        np.array([NEVER if contact is None else contact.overlap for contact in yielding]),
-        np.array([0.0 if contact is None else contact.yield_force for contact in yielding]),
-        begins[place],
-        begins[np.add(place, 1)],
-        np.concatenate(pairs),
+        np.array([contact.overlap if contact else NEVER for contact in contacts]),
+        np.array([contact.yield_force if contact else 0.0 for contact in contacts]),
+        first[: len(contacts)],
+        first[len(contacts) :],
+        rows,
         *np.zeros((3, 0)),
     )
-    return own if yields.all() else Mixed(own, whole, yields)
+
+
+def table_rows(tables: Sequence[Vector | None]) -> tuple[Vector, Vector]:
+    """Return where the table of each contact begins, or −1 without one, in the rows of all different tables."""
+    different = {id(table): table for table in tables if table is not None}
+    begins = np.cumsum([0, *map(len, different.values())])
+    begin_of = dict(zip(different, begins, strict=False))
+    first = np.array([begin_of.get(id(table), -1) for table in tables])
+    return first, np.concatenate([np.zeros((0, 6)), *different.values()])
+
+
+def mixed(own: Any, others: Any, is_own: Any) -> Any:
+    """Return one piece for some contacts and another for the others, or the only piece that a contact has."""
+    if not is_own.any():
+        return others
+    return own if is_own.all() else Mixed(own, others, is_own)
 
 
 def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
@@ -184,9 +193,8 @@ def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
 
 
 def coordinates(chains: Sequence["MovingChain"], model: Chains) -> tuple[list[Any], int]:
-    """Return the places of each chain's coordinates (see ChainState) among those of all chains, and their number.
-
-    The coordinates of all chains are those of the bodies, then of their modes, then the memory of the contacts.
+    """Return the places of each chain's coordinates (see ChainState) among those of all chains, and their number. The
+    coordinates of all chains are those of the bodies, then of their modes, then the memory of the contacts.
     """
     (bodies, modes), remembers = model.vibrations.struck.shape, any(chain.yielding for chain in chains)
     moving = bodies * (1 + modes)

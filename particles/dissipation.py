@@ -214,9 +214,8 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
 
 
 def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: Vector, free: Vector) -> Any:
-    """Return the losses of chains as a piece. losses: for each chain, its loss and its reduced masses, kg.
-
-    present: whether there is a contact. free: whether the body behind it moves freely.
+    """Return the losses of chains as a piece. losses: for each chain, its loss and its reduced masses, kg. present:
+    whether there is a contact. free: whether the body behind it moves freely.
     """
     given = [loss for loss, _ in losses if loss is not None]
     if not given:

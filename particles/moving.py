@@ -392,10 +392,9 @@ class MovingChain:
         return ChainState(self.rest.copy(), velocity)
 
     def advance(self, state: ChainState, motion: tuple[Any, Any], window: float) -> tuple[ChainState, Any]:
-        """Return the state after a window, s, and the mean force on the surface minus the static force, N.
-
-        motion: displacements of the surface at start and end, m. With a surface behind, displacements and forces are
-        arrays of two, first for the last bead's end, positive away from the chain.
+        """Return the state after a window, s, and the mean force on the surface minus the static force, N. motion:
+        displacements of the surface at start and end, m. With a surface behind, displacements and forces are arrays of
+        two, first for the last bead's end, positive away from the chain.
         """
         y, v = np.empty_like(state.position), np.empty_like(state.velocity)
         contact, moved = np.zeros(np.size(motion[0]), kernels.TRIED), np.zeros(1, kernels.MOVED)

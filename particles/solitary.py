@@ -18,7 +18,6 @@ from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 _given: Any = partial(each, not_negative)
-HERTZ = 1.5  # exponent of Hertz's law F = k δ^1.5
 PARTICLE_TO_STRIKER_SPEED = 0.682
 """Ratio of a particle's greatest speed to the speed of an equal striker, for Hertz's law (6.16; Chatterjee 1999)."""
 
@@ -47,7 +46,7 @@ class UniformChain:
     size: Annotated[float, Quantity("m", "a length", "9.53 mm", 1e-12, 1e12)]
     mass: Annotated[float, Quantity("kg", "a mass", "2 g")]
     stiffness: Annotated[float, Quantity("N/m^n", "a stiffness", "1e10")]
-    exponent: Annotated[float, Quantity(low=1.0, high=10.0)] = HERTZ
+    exponent: Annotated[float, Quantity(low=1.0, high=10.0)] = 1.5
 
     def tangent_stiffness(self, preload: Number) -> Number:
         """Return the tangent stiffness C = n k^{1/n} F₀^{(n−1)/n} of a contact, N/m, under a preload F₀, N."""

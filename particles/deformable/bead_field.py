@@ -29,10 +29,9 @@ class Push(NamedTuple):
 
 
 class BeadField:
-    """The fields of one bead in the half-plane (r, 0, z): the struck pole is on top, z > 0.
-
-    modes: number of elastic modes, as in `vibration`. widest: radius of the widest contact, m. grid: points relative to
-    the centre, m, and cells.
+    """The fields of one bead in the half-plane (r, 0, z): the struck pole is on top, z > 0. modes: number of elastic
+    modes, as in `vibration`. widest: radius of the widest contact, m. grid: points relative to the centre, m, and
+    cells.
     """
 
     def __init__(self, bead: Any, modes: int, widest: float) -> None:
@@ -75,7 +74,6 @@ class BeadField:
 
     def at(self, struck: Push, far: Push, amplitude: Vector) -> tuple[Vector, Vector]:
         """Return the displacement relative to the centre of mass, p × 3, m, and the stress xx, yy, zz, xy, yz, xz, Pa.
-
         struck, far: the pushes on the poles. amplitude: amplitudes of the modes, √kg·m. x is r, and y is the hoop.
         """
         static = self.at_rest(struck, far)

@@ -72,7 +72,6 @@ class DeformableChain(Chain):
 
 class MovingDeformableChain(MovingChain):
     """A DeformableChain as a participant. The amplitudes of the modes follow the positions of the centres of mass.
-
     `laws` are laws of the approach of the mid-planes; `local_laws` are those of the remainder without the modes.
     """
 

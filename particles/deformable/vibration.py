@@ -51,9 +51,8 @@ class Vibration:
 
 @lru_cache(maxsize=64)
 def vibration(bead: Any, modes: int) -> Vibration:
-    """Return the lowest elastic modes of a free Sphere, HollowSphere or Ellipsoid along the chain, mass-normalised.
-
-    The finite elements make the frequencies at most 1e-4 too high. The error of b is 1e-4.
+    """Return the lowest elastic modes of a free Sphere, HollowSphere or Ellipsoid along the chain, mass-normalised. The
+    finite elements make the frequencies at most 1e-4 too high. The error of b is 1e-4.
     """
     body: Any = body_of(bead, 1.0, "bead")
     longest = max(body.radius, body.half) / mode_spacing(body, modes) * (1.0 - 1e-9)
@@ -110,11 +109,10 @@ class Half(NamedTuple):
 
 
 def halves(mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> tuple[Half, Half, Whole]:
-    """Return the struck half with poles that move in opposite directions, and with poles that move together.
-
-    In the first case the mid-plane slides sideways. The third result numbers all motions along the chain. mesh: the
-    half-plane (r, z); z runs along the chain from the mid-plane. angle, depth: positions of the nodes, from 0 at the
-    pole; depth 1 is the centre. mass: of the whole bead, kg.
+    """Return the struck half with poles that move in opposite directions, and with poles that move together. In the
+    first case the mid-plane slides sideways. The third result numbers all motions along the chain. mesh: the half-plane
+    (r, z); z runs along the chain from the mid-plane. angle, depth: positions of the nodes, from 0 at the pole; depth 1
+    is the centre. mass: of the whole bead, kg.
     """
     basis, across, along = motions(mesh)
     unscaled, stiffness = body_matrices(basis, [material], np.zeros(mesh.nelements, dtype=np.int64))

@@ -11,9 +11,8 @@ from structures.structure import Vector
 
 @by_type
 def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-    """Return the force of closed contact i with its loss, N.
-
-    elastic, slope: the elastic force and its slope. overlap: its elastic part, m. rate: of approach, m/s.
+    """Return the force of closed contact i with its loss, N. elastic, slope: the elastic force and its slope. overlap:
+    its elastic part, m. rate: of approach, m/s.
     """
     return elastic
 
@@ -46,10 +45,9 @@ def overlap_at(law: Any, i: int, approach: float, flexibility: float) -> float:
 def force_and_loss(
     law: Any, loss: Any, i: int, approach: float, overlap: float, elastic: float, rate: float, flexibility: float
 ) -> tuple[float, float]:
-    """Return the force of a contact, N, and the power of its loss, W, from its elastic force, N.
-
-    overlap: the contact's own part of the approach, m. The loss depends on that part of the rate, m/s. To first order,
-    the deformation of a massless spring (m/N) is included.
+    """Return the force of a contact, N, and the power of its loss, W, from its elastic force, N. overlap: the contact's
+    own part of the approach, m. The loss depends on that part of the rate, m/s. To first order, the deformation of a
+    massless spring (m/N) is included.
     """
     # A striker that just touches has a loss at once. A dent that is no longer touched has none.
     if elastic_overlap(law, i, approach) < 0.0:
@@ -66,14 +64,17 @@ def force_and_loss(
 
 
 @inner(forceinline=True)
-def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
-    """Return the force of contact i at the approach at the end of a step, N, and the power of its loss, W."""
+def press(
+    loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float, kick: float, lost: Vector
+) -> float:
+    """Return the force of contact i at the approach at the end of a step, N, and add its loss in the time `kick`, J."""
     overlap = overlap_at(law, i, approach, flexibility)
     if not loses(loss):
-        return force_of_step(law, i, overlap), 0.0
+        return force_of_step(law, i, overlap)
     total, power = force_and_loss(law, loss, i, approach, overlap, force(law, i, overlap), rate, flexibility)
     force_of_step(law, i, overlap)
-    return total, power
+    lost[i] += kick * power
+    return total
 
 
 @inner(forceinline=True)

@@ -14,7 +14,7 @@ from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
-WORK_ROWS = 8  # number of rows of the work space, each as long as the coordinates
+WORK_ROWS = 5  # number of rows of the work space, each as long as the coordinates
 # The ends of a chain: body 0, the last bead, and the surface that takes the place of body 0, or −1; the static position
 # of body 0, m; whether bodies ahead of a wave are at rest at zero, because there is no static load; whether the first
 # bead has a contact behind it; whether the last bead faces a surface.
@@ -33,9 +33,8 @@ TRIED = np.dtype([(name, float) for name in ("at_rest", "start", "force", "answe
 
 
 class Chains(NamedTuple):
-    """The constant data of the chains of a run; the first three fields are pieces.
-
-    The B bodies of all chains follow one another. Contact i is the contact ahead of body i.
+    """The constant data of the chains of a run; the first three fields are pieces. The B bodies of all chains follow
+    one another. Contact i is the contact ahead of body i.
     """
 
     stepper: Any  # Verlet or DampedVerlet
@@ -57,10 +56,9 @@ def move(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Move chain c in place by one window from time t, while the surface moves linearly from start to end, m.
 
-    again: whether only bodies from `reached` on are moved, from where the last window without `again` began.
-
     Return the mean forces on the structure and on body 0 if it is not a striker (else zero), N, the energy lost and the
-    work of the drive, J. It is inlined in its caller, because a call would pass about a hundred numbers.
+    work of the drive, J. With `again`, only bodies from `reached` on start the window anew and move; the others have
+    moved already. It is inlined in its caller, because a call would pass about a hundred numbers.
     """
     raise NotImplementedError
 
@@ -76,10 +74,32 @@ def flying(chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
     return int(last)
 
 
-class Verlet(NamedTuple):
-    """Velocity Verlet for forces between neighbours, with inner half-kicks joined; second order.
+@inner(forceinline=True)
+def move_driven_body(
+    chains: Any, law: Any, c: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, now: float, dt: float,
+    kick: float, drift: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Move body 0; return the forces, N, of its contact, on bead 1 from outside, and of the drive on what it pushes."""
+    loss, drive, i = chains.loss, chains.drive, chains.ends[c].striker
+    contact = press(loss, law, i, y[i] - y[i + 1], ahead[i] - ahead[i + 1], chains.spring[i], kick, lost)
+    on_body, on_bead, push = outer_forces(drive, c, y[i], now)
+    if drive.kind[c] != kinds.MOVED:
+        move_body(loss, chains, i, y, v, ahead, lost, on_body - contact, dt, kick, drift)
+        return contact, on_bead, push
+    # The mean rate of the history over the step; at the end there is no step.
+    (begun, speed), (ended, ahead[i]) = history(drive, c, now), history(drive, c, now + drift)
+    v[i] = (ended - begun) / drift if drift > 0.0 else speed
+    y[i] += drift * v[i]
+    return contact, on_bead, contact
 
-    Losses depend on `ahead`, the velocities at the end of a step that the last accelerations predict.
+
+class Verlet(NamedTuple):
+    """Velocity Verlet for forces between neighbours; second order.
+
+    A step is a kick, v += kick · a, and a drift, y += drift · v. The half-kicks that end a step and begin the next one
+    are joined: kicks last dt, the first and the last dt/2, and no drift follows the last. One pass over the bodies does
+    both, because a body may move as soon as the forces of its two contacts are known. Losses depend on `ahead`, the
+    velocities at the end of a step that the last accelerations predict.
     """
 
     @staticmethod
@@ -90,80 +110,65 @@ class Verlet(NamedTuple):
         """Move the bodies in one pass a step; without losses it becomes vector instructions."""
         law, loss, drive = with_memory(chains.law, y), chains.loss, chains.drive
         striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
-        past, kept_y, kept_v, ahead = work[0], work[1], work[2], work[3]
-        lost, past_ahead, flown = work[4], work[5], work[6]
+        ahead, lost, flown = work[0], work[1], work[2]
+        neighbour, neighbour_ahead = work[3], work[4]  # the motion, step by step, of the body behind `reached`
         first = reached if again else striker
-        if first > striker:
-            for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
-                y[i], v[i] = kept_y[i], kept_v[i]
-        elif reached > striker:
-            for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
-                kept_y[i], kept_v[i] = y[i], v[i]
         if loses(loss):
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 ahead[i], lost[i] = v[i], 0.0
             if drive.kind[c] == kinds.MOVED:
                 ahead[striker] = history(drive, c, t)[1]
-        # Bodies up to `rear` − 1 have no contact and keep their velocities until a body touches them.
+
+        # Forces act from body `rear` to the wave's front. Bodies behind fly freely, and those ahead rest at zero.
         if first == striker:
             flown[striker] = striker if drive.acts[c] else flying(chains, c, y, v, window)
         rear = max(first, int(flown[striker]))
-        # The last body that a wave has reached. A surface that moves back presses the last body earlier.
-        front, source = last, striker if drive.kind[c] == kinds.MOVED else striker + 1
-        quiet = chains.ends[c].quiet and not (start < 0.0 or end < 0.0)
+        # A surface that moves back presses the last body before a wave is there.
+        front, quiet = last, chains.ends[c].quiet and not (start < 0.0 or end < 0.0)
         while quiet and front > striker and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
+
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
+        pushed = striker if drive.kind[c] == kinds.MOVED else striker + 1  # the body on which the drive does its work
         for step in range(steps + 1):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
             # Before the pass, because after it the scalar load would wait for the vector stores of the pass.
             approach = y[last] - (start + step * dt * rate)
-            wall_force, power = press(loss, law, last, approach, ahead[last] - rate, chains.spring[last])
-            if loses(loss):
-                lost[last] += kick * power
+            wall_force = press(loss, law, last, approach, ahead[last] - rate, chains.spring[last], kick, lost)
             impulse += kick * wall_force
+
             while rear > first and y[rear - 1] >= y[rear]:
                 rear -= 1
             behind, begin, stop = 0.0, rear, front + 1 if front < last else last
             if first > striker and rear == first:
-                behind, _ = press(
-                    loss, law, first - 1, past[striker + step] - y[first], past_ahead[striker + step] - ahead[first],
-                    0.0,
-                )  # fmt: skip
+                # The body behind moves as in the first trial, which counted the loss of this contact.
+                approach, closing = neighbour[striker + step] - y[first], neighbour_ahead[striker + step] - ahead[first]
+                behind = press(loss, law, first - 1, approach, closing, 0.0, 0.0, lost)
             elif reached > striker and first == striker:
-                past[striker + step] = y[reached - 1]
+                neighbour[striker + step] = y[reached - 1]
                 if loses(loss):
-                    past_ahead[striker + step] = ahead[reached - 1]
+                    neighbour_ahead[striker + step] = ahead[reached - 1]
+
             push, before = 0.0, 0.0
             if drive.acts[c] and first == striker:
-                now, before = t + step * dt, dt * v[source] if step > 0 else 0.0
-                approach, closing = y[striker] - y[striker + 1], ahead[striker] - ahead[striker + 1]
-                contact, power = press(loss, law, striker, approach, closing, chains.spring[striker])
-                if loses(loss):
-                    lost[striker] += kick * power
-                on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
-                if drive.kind[c] == kinds.MOVED:
-                    # The mean rate of the history over the step; at the end there is no step.
-                    (begun, speed), (ended, ahead[striker]) = history(drive, c, now), history(drive, c, now + drift)
-                    v[striker], push = (ended - begun) / drift if drift > 0.0 else speed, contact
-                    y[striker] += drift * v[striker]
-                else:
-                    move_body(loss, chains, striker, y, v, ahead, lost, on_striker - contact, dt, kick, drift)
+                before = dt * v[pushed] if step > 0 else 0.0
+                contact, on_bead, push = move_driven_body(
+                    chains, law, c, y, v, ahead, lost, t + step * dt, dt, kick, drift
+                )
                 impulse_behind += kick * contact
                 behind, begin = contact + on_bead, striker + 1
             for i in range(first & NOT_NEGATIVE, rear & NOT_NEGATIVE):
                 y[i] += drift * v[i]
             for i in range(begin & NOT_NEGATIVE, stop & NOT_NEGATIVE):
-                contact, power = press(loss, law, i, y[i] - y[i + 1], ahead[i] - ahead[i + 1], 0.0)
-                if loses(loss):
-                    lost[i] += kick * power
+                contact = press(loss, law, i, y[i] - y[i + 1], ahead[i] - ahead[i + 1], 0.0, kick, lost)
                 move_body(loss, chains, i, y, v, ahead, lost, behind - contact, dt, kick, drift)
                 behind = contact
             move_body(loss, chains, stop, y, v, ahead, lost, behind - wall_force, dt, kick, drift)
             front = stop if v[stop] != 0.0 else front
             if drive.acts[c]:
                 # The work on body 0 if it is MOVED, else on bead 1: force times half the distances before and after.
-                driven += 0.5 * push * (before + drift * v[source])
+                driven += 0.5 * push * (before + drift * v[pushed])
+
         taken = 0.0
         if loses(loss):
             for i in range(striker, last + 1):
@@ -176,9 +181,8 @@ def accelerations(
     chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, outer: tuple[float, float],
     a: Vector, work: Vector,
 ) -> float:  # fmt: skip
-    """Write accelerations to `a` and contact forces to the first row of `work`; return the power of losses, W.
-
-    outer: outer forces on body 0 and bead 1, N. work: three rows.
+    """Write accelerations to `a` and contact forces to the first row of `work`; return the power of losses, W. outer:
+    outer forces on body 0 and bead 1, N. work: three rows.
     """
     forces, alone, loss, vibrations = work[0], work[2], chains.loss, chains.vibrations
     striker, last, faces = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].faces
@@ -267,10 +271,8 @@ def contact_forces(
     chains: Any, y: Vector, v: Vector, t: float, surface: Vector, rate: Vector, contacts: Vector, forces: Vector,
     work: Vector,
 ) -> None:  # fmt: skip
-    """Write the forces of the contacts with these numbers to `forces`, N.
-
-    surface, rate: displacements of the surfaces, m, and their velocities. If contact 1 does not exist, its entry is the
-    force history.
+    """Write the forces of the contacts with these numbers to `forces`, N. surface, rate: displacements of the surfaces,
+    m, and their velocities. If contact 1 does not exist, its entry is the force history.
     """
     law, every = with_memory(chains.law, y), work[0]
     for c in range(chains.ends.size):
@@ -305,18 +307,16 @@ def advance(
     pace: Any, moved: Any, again: bool,
 ) -> None:  # fmt: skip
     """Write the end of a window that began with y0, v0 to y, v, while each surface moves linearly from start to end.
-
     contact: records TRIED, which get the mean forces of the chains. pace: records PACE. moved: records MOVED, to fill.
     again: whether the window differs from the last one only in the end of the surfaces. Then only bodies that the
     surfaces can reach are moved.
     """
-    for i in range(0 if not again else chains.inverse_mass.size, y.size):
+    for i in range(chains.inverse_mass.size, y.size):
         y[i], v[i] = y0[i], v0[i]
     for c in range(chains.ends.size):
         striker, last, behind = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].behind
-        wall = chains.wall[last]
-        whole = not again or pace[c].reached == striker
-        for i in range(striker, last + 1 if again and whole else striker):
+        wall, first = chains.wall[last], pace[c].reached if again else striker
+        for i in range(first, last + 1):
             y[i], v[i] = y0[i], v0[i]
         if behind >= 0:
             y[striker] = chains.ends[c].rest - contact[behind].start
@@ -327,7 +327,7 @@ def advance(
         )  # fmt: skip
         yielded = lost_to_yielding(with_memory(chains.law, y), with_memory(chains.law, y0), striker, last)
         contact[wall].answer, moved[c].lost = ahead, lost + yielded
-        if whole:
+        if first == striker:
             moved[c].driven = driven
         if behind >= 0:
             y[striker], contact[behind].answer = chains.ends[c].rest - contact[behind].surface, rear

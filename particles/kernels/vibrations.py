@@ -42,7 +42,6 @@ def between_poles(chains: Any, y: Vector, i: int, last: int, wall: float) -> flo
 @inner()
 def settle(chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector, work: Vector) -> None:
     """Find the elastic forces of all contacts of chain c, N, by Gauss–Seidel sweeps that start at the last forces.
-
     work: two rows, for the approaches between poles and the overlaps, m.
     """
     striker, last, cross = chains.ends[c].striker, chains.ends[c].last, chains.vibrations.cross
@@ -72,9 +71,8 @@ def settle(chains: Any, law: Any, c: int, y: Vector, wall: float, forces: Vector
 def forces_between(
     chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, forces: Vector, work: Vector
 ) -> float:
-    """Write the forces of all contacts of chain c to `forces`, N; return the power of their losses, W.
-
-    Losses depend on the rate of approach of the poles. forces, work: as in `settle`.
+    """Write the forces of all contacts of chain c to `forces`, N; return the power of their losses, W. Losses depend on
+    the rate of approach of the poles. forces, work: as in `settle`.
     """
     last, power = chains.ends[c].last, 0.0
     settle(chains, law, c, y, wall, forces, work)

@@ -30,9 +30,8 @@ Points = tuple[Vector, Vector]  # approaches, m, and forces, N
 
 @described
 class ComputedLaw(TabulatedLaw):
-    """A law by finite elements, computed between the approaches `smallest` and `largest`, m.
-
-    Below `smallest` it is Hertz's law in series with a spring, through the first computed point.
+    """A law by finite elements, computed between the approaches `smallest` and `largest`, m. Below `smallest` it is
+    Hertz's law in series with a spring, through the first computed point.
     """
 
     smallest: Place = 0.0
@@ -146,9 +145,8 @@ class _Contact:
         return ComputedLaw(*points, "finite elements", words, approach, float(approaches[0]), error)  # type: ignore[arg-type]
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
-        """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and the forces, N.
-
-        At these the error of the force is quadratic in the size. fewest: cells in the narrowest contact.
+        """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and the forces, N. At these
+        the error of the force is quadratic in the size. fewest: cells in the narrowest contact.
         """
         compliance, gap, _ = self._mesh(approach, size, coarser)
         points = np.array([pressed_to(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
@@ -176,7 +174,6 @@ class _Contact:
 
 def pressed_to(compliance: Vector, gap: Vector, last: int) -> tuple[float, float]:
     """Return the approach, m, and the force, N, at which the contact's edge is the node `last`, whose force is zero.
-
     All nodes inside have a pressure. (The centre of a shell loses it at half its wall thickness, beyond small strains.)
     """
     inside = slice(0, last + 1)

@@ -120,7 +120,6 @@ def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
 
 def surface_compliance(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> tuple[Vector, Vector]:
     """Return the distances of nodes that may touch from the axis, m, and their motions for unit forces on rings, m/N.
-
     Up to `reach`, m, nodes are at equal steps of r, so that those of two bodies face each other; beyond, cells grow.
     The mid-plane slides sideways. The far sides of a half-space are held.
     """
