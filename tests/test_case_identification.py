@@ -30,18 +30,11 @@ MODULUS = "structure.material.youngs_modulus"
 def test_a_case_has_an_uncertainty_budget(command: Callable[..., str], tmp_path: Path) -> None:
     """TOF ∝ v^(−1/5), so 5 % of the speed are 1 % of TOF. The wall's delay ∝ E^(−2/5) is a part of TOF."""
     (tmp_path / "wall.toml").write_text("""
-        [chain]
-        beads = 10
-        bead = { shape = "sphere", diameter = "9.52 mm", material = "steel 440C" }
-        striker = "bead"
-        impact_speed = "0.3 m/s"
-        [structure]
-        kind = "half_space"
-        material = { youngs_modulus = "3 GPa", poisson_ratio = 0.3, density = 2000 }
-        [run]
-        until = "0.5 ms"
-        [measure]
-        sensor = 5
+        chain = { beads = 10, bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }, impact_speed = 0.3 }
+        structure.kind = "half_space"
+        structure.material = { youngs_modulus = "3 GPa", poisson_ratio = 0.3, density = 2000 }
+        run.until = "0.5 ms"
+        measure.sensor = 5
         [sensitivities]
         "chain.impact_speed" = "15 mm/s"
         "structure.material.youngs_modulus" = "1 %"
@@ -165,18 +158,9 @@ def test_warnings_of_fresh_spots_name_their_spot(tmp_path: Path, command: Callab
 
 
 BRASS = """
-[chain]
-beads = 20
-bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }
-impact_speed = "0.31 m/s"
-[structure]
-kind = "half_plane"
-thickness = "2 mm"
-material = "brass 360"
-edge = "clamped"
-distance = "40 mm"
-[run]
-until = "2 ms"
+chain = { beads = 20, bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }, impact_speed = 0.31 }
+structure = { kind = "half_plane", thickness = "2 mm", material = "brass 360", edge = "clamped", distance = "40 mm" }
+run.until = "2 ms"
 [measure]
 sensor = 7
 """

@@ -51,15 +51,9 @@ def hertzlink(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
 
 
 TAP = """
-[chain]
-beads = 4
-bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }
-impact_speed = "0.1 m/s"
-[structure]
-kind = "half_space"
-material = "steel 440C"
-[run]
-until = "0.1 ms"
+chain = { beads = 4, bead = { shape = "sphere", radius = "2.38 mm", material = "steel 440C" }, impact_speed = 0.1 }
+structure = { kind = "half_space", material = "steel 440C" }
+run.until = "0.1 ms"
 """
 
 

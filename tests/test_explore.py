@@ -28,6 +28,9 @@ from hertzlink.explore.server import Server
 from hertzlink.explore.sliders import sliders_of, start_of
 
 CASE = """
+run.until = "0.4 ms"
+measure.sensor = 6
+
 [chain]
 beads = 12
 bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }
@@ -36,12 +39,6 @@ impact_speed = "0.31 m/s"
 
 [structure]
 STRUCTURE
-
-[run]
-until = "0.4 ms"
-
-[measure]
-sensor = 6
 """
 
 EDGE = """kind = "half_plane"

@@ -20,24 +20,17 @@ from coupling.ports.precice import STEPS_PER_CONTACT
 from hertzlink.cases.case import read
 
 CASE = """
+run.until = "0.5 ms"
+measure.sensor = 6
+
 [chain]
 beads = 12
+bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }
 impact_speed = 0.3
-
-[chain.bead]
-shape = "sphere"
-radius = "4.76 mm"
-material = "steel 440C"
 
 [structure]
 kind = "rod"
 layers = [{ material = "acrylic", length = "30 mm", radius = "9.525 mm" }]
-
-[run]
-until = "0.5 ms"
-
-[measure]
-sensor = 6
 """
 
 PATIENCE = 60.0

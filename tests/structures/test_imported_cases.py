@@ -12,13 +12,9 @@ import hertzlink as hl
 from hertzlink.cases.case import read
 
 ROD = hl.rod([hl.Layer(hl.ALUMINIUM_6061, length=0.1, radius=0.01)], elements=4)
-CHAIN = """[chain]
-beads = 6
-bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }
-striker = "bead"
-impact_speed = "0.02 m/s"
-[run]
-until = "0.3 ms"
+CHAIN = """
+chain = { beads = 6, bead = { shape = "sphere", radius = "4.76 mm", material = "steel 440C" }, impact_speed = 0.02 }
+run.until = "0.3 ms"
 [structure]
 """
 
