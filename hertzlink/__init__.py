@@ -44,7 +44,7 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}", name=name, obj=None)
     if _PUBLIC[name] == __name__:
         space = import_module(f"{__name__}.{name}")
-        vars(space)["__all__"] = namespaces()[name]  # for help, which else leaves out what a module imports
+        vars(space)["__all__"] = namespaces()[name]  # for help(), which otherwise leaves out imported names
         return space
     globals()[name] = getattr(import_module(_PUBLIC[name]), name)
     return globals()[name]

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 # Small matrices gain little from threads, and beside other work threads wait for each other: studies and sweeps use
-# processes instead. The libraries of linear algebra read these once, when they are loaded.
+# processes instead. The libraries of linear algebra read these variables once, when they are loaded.
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1")
 
 
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    # `python -m` looks first in the current folder, where a file may be named like a library.
+    # `python -m` looks first in the current folder, where a file may have the name of a library.
     if sys.path[0] in ("", os.getcwd()) and not os.path.isdir("hertzlink"):
         del sys.path[0]
     main()

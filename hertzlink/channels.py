@@ -16,7 +16,7 @@ from structures.checks import count_of
 from structures.units import readable
 
 SHOWN = 8
-"""So many channels and notes are shown."""
+"""The most channels and notes that are shown."""
 
 COARSE = 1e-4
 """A contact of beads lasts 10 µs to some ms: samples that are further apart (s) are probably in another unit."""
@@ -48,7 +48,7 @@ def table(seen: Overview) -> str:
     notes += [f"column {column}: {as_options(reason)}" for column, reason in [*seen.refused.items()][:SHOWN]]
     if step > COARSE:
         coarse = f"note: a sample every {readable(step, 's', 4)} is too coarse for contacts of beads"
-        notes.append(f"{coarse}; if the times are in ms or µs, give --time-unit; in a case identify.time_unit")
+        notes.append(f"{coarse}; if the times are in ms or µs, give --time-unit; in a case, identify.time_unit")
     notes += [f"note: {note}"[:200] for note in seen.notes[:SHOWN]]
     what = f"{seen.kind}, {first.time.size} samples, one every {readable(step, 's', 4)}, from {begin} to {end}"
     return f"{what}\n{as_text(rows, notes, are_numbers=True)}"

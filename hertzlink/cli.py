@@ -45,7 +45,7 @@ CHANGES = click.option(
 )  # fmt: skip
 WITH = click.option(
     "--with", "parts", metavar="FILE.py", multiple=True, type=click.Path(path_type=Path),
-    help="A file of Python with parts of your own (@hl.described) that the case uses; its code runs. May be repeated.",
+    help="A Python file with parts of your own (@hl.described) that the case uses; its code is run. May be repeated.",
 )  # fmt: skip
 FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
 FIGURES = click.option(
@@ -94,7 +94,7 @@ def cli() -> None:
 
 
 def output_option(default: str) -> Callable[[Any], Any]:
-    """Return --output, with the name that a folder gets otherwise."""
+    """Return the option --output. default: the folder without it, in words."""
     words = f"Folder for the results; by default {default}."
     return click.option("--output", metavar="FOLDER", type=click.Path(path_type=Path), help=words)
 
@@ -155,7 +155,7 @@ def write_results(
             done = work()
         text = of_case(done.text)
     finally:
-        # What the table's notes say is not said twice.
+        # Findings that the notes of the table already state are left out.
         said = " ".join(text.split())
         warn([finding for finding in one_of_each(list(map(of_case, findings))) if finding not in said])
     data = with_warnings(done.data, [of_case(finding) for finding in (*findings_of(done.data), *findings)])
@@ -169,7 +169,7 @@ def write_results(
         try:
             page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
             of = printable(Path(name).stem)
-            # The title may hold the name already, as that of a run, or of a signal of this name.
+            # The name is added to the title unless the title holds it.
             if not case.title and of.replace("-", " ") not in page.title.lower().replace(".", ": ").split(": "):
                 page.title += f": {of}"
             (into / "report.html").write_text(html(page), encoding="utf-8")
@@ -177,7 +177,7 @@ def write_results(
                 for picture in page.pictures if form else ():
                     picture.figure.savefig(into / f"{picture.name}.{form}")
         except (OSError, RuntimeError, ValueError) as error:
-            # The numbers have taken long. Fonts or programs that figures need may be missing.
+            # Fonts or programs that figures need may be missing; the numbers, which took long, are kept.
             complain(f"warning: the report is not complete: {error}")
     return done.code
 
@@ -323,7 +323,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         usage = error.ctx.get_usage() if isinstance(error, click.MissingParameter) and error.ctx else ""
         words = f"{error.format_message()} {usage}"
     except OSError as error:
-        # A full disk names the file of results; without a name it is what is printed.
+        # On a full disk the error names the file of results; without a name, printing failed.
         place = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
         words = f"{place}: {error.strerror or error}".removeprefix(": ")
     except ValueError as error:
@@ -334,7 +334,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (FloatingPointError, NotConverged) as error:
         words, code = str(error), FAILED
     except (click.Abort, KeyboardInterrupt) as error:
-        # click wraps an interrupt, which may say what was kept.
+        # click wraps an interrupt, whose message may say what was kept.
         words, code = str(error.__cause__ or error) or "stopped; nothing was written", STOPPED
     complain(words, prefix)
     sys.exit(code)

@@ -79,13 +79,13 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
 
     task = task_of(case)
     start = start_of(task)
-    start.simulation()  # refuses what is wrong; sliders are made of what is right
+    start.simulation()  # raises an error for a wrong case, before sliders are made
     explorer, notes = Explorer(start, sliders_of(task, start)), list[str]()
-    # The first answer also loads compiled code, and finds what is wrong before any page opens.
+    # The first answer also loads compiled code, and its errors appear before any page opens.
     own = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
     explorer.modes = modes_for(start, explorer.sliders)
     if explorer.modes is not None:
-        say("preparing the plate for all values of its sliders: some seconds, once ...")
+        say("preparing the plate for all values of its sliders: this takes some seconds, once ...")
         notes = ["All plates come from one set of modes."]
         of_modes = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
         if own is not None and of_modes is not None:

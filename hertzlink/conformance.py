@@ -19,19 +19,19 @@ from structures.checks import short
 
 Answers = NDArray[np.float64]  # Or forces: windows × contact points.
 
-# s, N: a thirtieth of a contact of 9.5 mm beads, and what a drop of 10 mm brings.
+# s, N: a thirtieth of a contact of 9.5 mm beads, and the force that a drop of 10 mm causes.
 WINDOW, FORCE, WINDOWS = 1e-6, 10.0, 48
-STRONG = 30.0  # Times these forces are those of heavy beads. A structure must bear them, too.
-SHORT = 1e-7  # Window whose halves are compared with it, s.
-HELD = 4e-4  # Time for which a force is held that shows the compliance, s.
-MARGIN = 3.0  # Factor to which the user need know a mass or a stiffness; a wrong unit is off by a thousand.
-# Force over motion of what draws energy out of a structure, in units of what fed it. From 0.5 on it no longer draws
-# out all of it.
+STRONG = 30.0  # Factor to the forces of heavy beads, which a structure must bear, too.
+SHORT = 1e-7  # Window that is compared with its two halves, s.
+HELD = 4e-4  # Time for which a force is held to show the compliance, s.
+MARGIN = 3.0  # Factor within which a given mass or stiffness must be right; a wrong unit is a factor of 1000.
+# Ratio of force to motion while forces draw energy out of a structure, in units of that ratio while they feed it. From
+# 0.5 on they no longer draw out all of the energy.
 WITHDRAWAL = 0.2
 
 
 class Driven(CheckedParticipant):
-    """A structure with its answers checked as in a run, whose errors are those of these checks."""
+    """A structure whose answers are checked as in a run; the errors are those of these checks."""
 
     def __init__(self, participant: Any) -> None:
         with as_assertions():
@@ -154,9 +154,9 @@ def check_units(
     """Check the units N, m and s of a structure whose points are all pushed by a constant force.
 
     Return its inertia, kg, and its compliance, m/N. The inertia is that of a mass that moves as far as the first point
-    in the first SHORT s. The compliance is the mean displacement of that point over HELD s, over the force. mass (kg)
-    moves first at the contact point; stiffness (N/m) is the static one there. Each need only be right to a factor of
-    MARGIN. Without them, the check fails only for a structure that moves more easily than a foil.
+    in the first SHORT s. The compliance is the mean displacement of that point over HELD s, over the force. mass: that
+    of the contact point in its first motion, kg. stiffness: the static one there, N/m. They need only be right within a
+    factor of MARGIN. Without them, the check fails only for a structure that moves more easily than a foil.
     """
     one = Driven(participant)
     free, pushed = np.zeros(one.contacts), np.full(one.contacts, FORCE)

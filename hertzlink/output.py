@@ -52,7 +52,7 @@ def format_warning(message: Warning | str, category: type[Warning], *where: Any,
 
 
 def check_output(folder: Path, force: bool) -> None:
-    """Raise a ValueError if the folder cannot be written, or holds what no earlier command wrote."""
+    """Raise a ValueError if the folder cannot be written, or holds files that no earlier command wrote."""
     name = f"--output {folder}"
     try:
         with suppress(FileNotFoundError, NotADirectoryError):
@@ -120,10 +120,10 @@ def delivered(folder: Path, force: bool, text: str) -> Iterator[Path]:
 
         if folder.exists() and force:
             new.chmod(stat.S_IMODE(folder.stat().st_mode))
-            folder.rename(old)  # nothing can come to lie in it now
+            folder.rename(old)  # from now on nobody can write into it
             if foreign_files(old):
                 old.rename(folder)
-        if folder.exists():  # something has come to lie there since it was checked
+        if folder.exists():  # another program has made it since the check
             place = next(path for i in range(2, 10**6) if not os.path.lexists(path := Path(f"{folder}-{i}")))
             new.rename(place)
             reason = f"now holds files that would be deleted; nothing was changed; the new folder is {place}"

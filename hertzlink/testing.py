@@ -23,7 +23,7 @@ __all__ = ["assert_same_waves"]
 
 FORMAT = "hertzlink reference"
 UPDATE = "HERTZLINK_UPDATE_REFERENCES"  # The environment variable with which references are written.
-MOST_INPUTS = 8  # So many differences of the input are listed.
+MOST_INPUTS = 8  # The most differences of the input that are listed.
 
 
 def assert_same_waves(

@@ -177,7 +177,7 @@ WRONG_PLATES = [
     ('"structure.thickness" =', '"structure.layers[0].length" =', 19, "sweep"),
     (', step = "20 mm" }', " }", 20, 'sweep."structure.at[0]": needs a step, such as step = "10 mm", or else a count'),
     ('step = "20 mm" }', 'step = "-20 mm" }', 20, 'sweep."structure.at[0]".step: "-20 mm" must be a positive number of m'),
-    ('step = "20 mm" }', 'step = "1 nm" }', 20, 'step: "1 nm" makes 40000001 values; at most 100000'),
+    ('step = "20 mm" }', 'step = "1 nm" }', 20, 'step: "1 nm" makes 40000001 values, more than 100000'),
     ('to = "60 mm"', 'to = "10 mm"', 20, 'sweep."structure.at[0]".to: "10 mm" must be above the first value'),
     ('from = "20 mm", ', "", 20, 'sweep."structure.at[0]".from: is missing; give the first value'),
     ('until = "0.5 ms"', 'until = "0.5 ms"\nsave_every = 1e-6', 17, "run.save_every: is chosen by a sweep; leave it out"),
@@ -282,7 +282,7 @@ UNQUOTED = [
     ("[run]\n[run]", "[run] is given twice; keep one of them"),
     ("[chain]\n[chain]", "[chain] is given twice; keep one of them, or write [[chain]] above each"),
     ("a = 1" + "0" * 5000, "Exceeds the limit"),
-    ('mesh = "C:\\dir\\me.msh"', 'a backslash has a meaning in "..."; write / in paths, or single quotes'),
+    ('mesh = "C:\\dir\\me.msh"', 'a backslash begins an escape in "..."; write / in paths, or single quotes'),
     ("a = “2 mm”", '“ is not a quotation mark of TOML; write "'),
     ("a = [1, 2\n[run]", "a list or table that begins here is not closed"),
 ]

@@ -107,7 +107,7 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     table = command("run", "brass.toml")
     ratios = {row[6]: float(row[4]) for row in map(str.split, table.splitlines()) if row[1:2] == ["primary"]}
     assert ratios == {"elastic": pytest.approx(0.181, abs=5e-4), "fresh": pytest.approx(0.068, abs=5e-4)}
-    assert "fresh spot: there the metal yields; computed with law" in table
+    assert "fresh spot: the metal yields there; computed with law" in table
     page = Path("brass/report.html").read_text(encoding="utf-8")
     assert "On a fresh spot, where the metal yields, the primary wave has AR 0.068" in page
     assert "bead 7, primary, fresh spot" in page
@@ -142,7 +142,7 @@ def test_warnings_of_fresh_spots_name_their_spot(tmp_path: Path, command: Callab
     table = command("run", "short.toml")
     assert table.count("< 10 ") == 2
     assert table.count("0.1677 ?") == 1
-    assert "? : whether AR has settled at the greatest distance is not known" in table
+    assert "? : it is not known whether AR has settled at the greatest distance" in table
     with xr.open_dataset(tmp_path / "short" / "results.nc") as data:
         heads = {one.split(":")[0] for one in findings_of(data)}
     assert heads >= {"waves", "critical distance", "far value", "fresh spot, far value", "fresh spot, wave at bead 7"}

@@ -21,7 +21,7 @@ Path = tuple[str | int, ...]
 
 PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
 
-# Bytes of a file, so that the longest force history fits; letters of a list in one line.
+# The most bytes of a file, enough for the longest force history; the most characters of a list on one line.
 LARGEST, WIDTH = 1_000_000, 110
 
 # A value without quotes, such as 2.29 mm or steel 440C, that is neither a number nor a word of TOML.
@@ -34,7 +34,7 @@ WORD = re.compile(
 CHANGE = "--set"
 
 ENDS = ("", "\n]", "\n]]", "\n]}", "\n]}]", '"""', "'''")
-"""What completes the first lines of a file: only in lists and long texts does an entry continue over several lines."""
+"""Texts that complete the first lines of a file: only lists and long texts continue over several lines."""
 
 
 class Fault(ValueError):
@@ -95,7 +95,7 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
 
 
 def shown(value: Any) -> str:
-    """Return a value as TOML writes it, in short."""
+    """Return a value as TOML writes it, shortened."""
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, str):
@@ -164,7 +164,7 @@ class Source:
         name, equals, text = change.partition("=")
         if not equals:
             raise CaseError(f'{CHANGE} {change}: has no "="; write --set structure.thickness="1 mm"')
-        value: Any = text.strip()  # also as a shell leaves it of "1 mm"
+        value: Any = text.strip()  # also without quotes, which a shell removes from "1 mm"
         try:
             value = tomllib.loads(f"value = {value}")["value"] if "\n" not in text else text
         except RecursionError:
@@ -183,7 +183,7 @@ class Source:
 
 
 def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
-    """Read a case file with what it extends, and apply changes of the form path=value; a CaseError for faults."""
+    """Read a case file and those that it extends, and apply changes path=value; faults raise a CaseError."""
     files = [_read(str(path), File(path))]
     while (base := files[-1].data.get("extends")) is not None:
         folder, words = File(files[-1].texts[0][0]).parent, ""
@@ -248,7 +248,7 @@ def _read(name: str, path: File) -> Source:
         fault = f":{line}: is not text in UTF-8; if it is a case file, save it as UTF-8"
     except RecursionError:
         fault = ": is nested too deeply"
-    except ValueError as error:  # also of a number with thousands of digits
+    except ValueError as error:  # for example for a number with thousands of digits
         other = "" if path.suffix == ".toml" else "; is this a case? The case file comes first, then other files"
         fault = _syntax(str(error), text) + other
     if fault:
@@ -259,12 +259,12 @@ def _read(name: str, path: File) -> Source:
 
 
 def _with_whole_paths(value: Any, folder: File) -> Any:
-    """Return data with the full paths of files: what extends this case, or a result, may lie in another folder."""
+    """Return data with full paths of files: a case that extends this one, or a result, may be in another folder."""
     if isinstance(value, dict):
         return {name: _with_whole_paths(item, folder) for name, item in value.items()}
     if isinstance(value, list):
         return [_with_whole_paths(item, folder) for item in value]
-    # A text names a file if it ends as one and the file is there: "plate.mtx", but not "2.5 g".
+    # A text names a file if it has the ending of one and the file exists: "plate.mtx", but not "2.5 g".
     if not isinstance(value, str) or not re.search(r"\.[A-Za-z]\w*$", value):
         return value
     path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))
@@ -276,7 +276,7 @@ def _with_whole_paths(value: Any, folder: File) -> Any:
 
 
 def line_of(text: str, path: Path) -> int:
-    """Return the line of an entry of valid TOML, counted from 1, or 0: the last of the fewest lines that hold it."""
+    """Return the last line, from 1, of the shortest beginning of valid TOML that holds an entry; 0 if none does."""
     rows = text.split("\n")
 
     def holds(count: int) -> bool:
@@ -293,13 +293,13 @@ def line_of(text: str, path: Path) -> int:
 
 
 def _syntax(message: str, text: str) -> str:
-    """Return the line of what tomllib says, if it has one, with the reason, or the cure of a common mistake."""
+    """Return tomllib's message with its line, or instead of the message the cure of a common mistake."""
     words, _, place = message.partition(" (at ")
     if words.startswith("Exceeds"):
         return f": {words}"
     rows, number = text.split("\n"), re.match(r"line (\d+)", place)
     line = int(number[1]) if number else len(rows)
-    # Outside of quotes and comments.
+    # The line without quoted texts and comments.
     row = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", rows[line - 1]).partition("#")[0]
     reason = f"{words}; this is not valid TOML"
     if words.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
@@ -308,7 +308,7 @@ def _syntax(message: str, text: str) -> str:
         if row.strip() in ("[chain]", "[structure]"):
             reason += f", or write [{row.strip()}] above each"
     elif "Unescaped '\\'" in words or "Invalid hex" in words:
-        reason = r'a backslash has a meaning in "..."; write / in paths, or single quotes'
+        reason = r'a backslash begins an escape in "..."; write / in paths, or single quotes'
     elif curly := re.search("[“”„‘’]", row):
         reason = f'{curly[0]} is not a quotation mark of TOML; write "'
     elif comma := re.search(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$", row):

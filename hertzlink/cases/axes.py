@@ -16,7 +16,7 @@ from hertzlink.cases.reader import Call, number
 from structures.quantities import Quantity
 from structures.units import NUMBER, factor
 
-MOST_POINTS = 100_000  # of a sweep; a case of more is a mistake
+MOST_POINTS = 100_000  # of a sweep; more are a mistake
 VARIED = ("chain", "structure", "materials")  # sections whose entries can vary; [run] holds for all runs
 EDGES = ("distance from the left edge", "distance from the bottom edge")  # the place `at` on a rectangular plate
 
@@ -26,7 +26,7 @@ class Axis:
     """An entry that varies, and its values (SI)."""
 
     path: Path
-    place: Path  # where it is asked for
+    place: Path  # where the case asks for it
     label: str  # in tables
     name: str  # in results
     values: list[Any]
@@ -56,7 +56,7 @@ class Axis:
 
 
 def axes_of(case: Case) -> tuple[Axis, ...]:
-    """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
+    """Return the axes of the section [sweep], the structure's first: runs with equal structures share a process."""
     axes: list[Axis] = []
     reserved = (
         OF_RUNS | {"sensor", "error"} | ({"distance", "within", "end"} if case.measure.critical_distance else set())
@@ -72,12 +72,12 @@ def axes_of(case: Case) -> tuple[Axis, ...]:
         name = re.sub(r"\W+", "_", axis.name if label in reserved else label).strip("_")
         axes.append(replace(axis, label=label, name=name))
     if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
-        raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
+        raise Fault(("sweep",), f"has {count} points; must have at most {MOST_POINTS}")
     return tuple(sorted(axes, key=lambda axis: axis.path[0] == "chain"))
 
 
 def axis_of(case: Case, key: str, place: Path, given: Any = ()) -> Axis:
-    """Return the axis of an entry: it is named by its path. given: its values as typed, or what makes them."""
+    """Return the axis of an entry, which its path names. given: its values as typed, or the table that makes them."""
     path = path_of(key, place)
     name, words = written(path), words_of(case, path)
     if not isinstance(given, Call):
@@ -101,7 +101,7 @@ def axis_of(case: Case, key: str, place: Path, given: Any = ()) -> Axis:
         step = Decimal(repr(number(typed["step"], size_of(case, path), (*place, "step"))))
         count = floor((end - start) / step * Decimal("1.000000001"))
         if count >= MOST_POINTS:
-            raise Fault((*place, "step"), f"{shown(typed['step'])} makes {count + 1} values; at most {MOST_POINTS}")
+            raise Fault((*place, "step"), f"{shown(typed['step'])} makes {count + 1} values, more than {MOST_POINTS}")
         steps = [start + i * step for i in range(count + 1)]
     whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in steps)
     values = [int(value) if whole else float(value) for value in steps]
@@ -109,7 +109,7 @@ def axis_of(case: Case, key: str, place: Path, given: Any = ()) -> Axis:
 
 
 def path_of(key: str, place: Path) -> Path:
-    """Return the path of an entry that can vary; a Fault at its place."""
+    """Return the path of an entry; raise a Fault at its place if the entry cannot vary."""
     try:
         path = parsed(key)
     except ValueError as error:
@@ -120,13 +120,13 @@ def path_of(key: str, place: Path) -> Path:
 
 
 def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
-    """Return the value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
+    """Return the value (SI) that an entry gets from a number or a text; raise a Fault at its place if it is refused."""
     if not isinstance(value, int | float | str) or isinstance(value, bool):
         raise Fault(place, f"{shown(value)} must be a number or a text")
     try:
         si = case.changed({path: value}).value(path)
     except Fault as fault:
-        of_key = fault.reason.startswith("is not an entry")  # and not of one of its values
+        of_key = fault.reason.startswith("is not an entry")  # the key is at fault, not a value
         raise Fault(place[:2] if of_key else place, fault.reason if fault.path == path else f"makes {fault}") from None
     except ValueError as error:
         raise Fault(place, str(error)) from None

@@ -33,28 +33,28 @@ from structures.reduction import reduce
 
 YIELDING = 'law = { kind = "jackson_green" } for the chain'  # what a case needs for contacts that yield
 
-# The last structures, by the text of all that they depend on: those of a sweep often differ in the chain alone.
+# The last structures, by the text of all that determines them: runs of a sweep often differ in the chain alone.
 STORED = 8
 _BUILT: dict[str, Any] = {}
 
-# Files of --with that were run, by path: one that did not change runs once in each process.
+# Files of --with that were run, by path: an unchanged file runs once in each process.
 _LOADED: dict[str, bytes] = {}
 
 
 @dataclass(frozen=True)
 class Case:
-    """One case: the data of its TOML file, the files of Python with parts that it uses, and what they build."""
+    """One case: the data of its TOML file, the Python files of its parts, and the objects that they build."""
 
     data: dict[str, Any]
     parts: tuple[File, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Another process, perhaps in another folder, reads it again: described parts have no module to be found in.
+        # Another process, perhaps in another folder, reads the case again: no module holds the described parts.
         return Case, (self.data, tuple(file.absolute() for file in self.parts))
 
     @cached_property
     def tree(self) -> Call:
-        """The checked sections; a Fault where one is wrong."""
+        """The checked sections; a wrong entry raises a Fault."""
         load(self.parts)
         # Materials first: other sections name them.
         data = {name: self.data[name] for name in ("materials",) if name in self.data} | self.data
@@ -75,12 +75,12 @@ class Case:
 
     @property
     def measure(self) -> Measure:
-        """What is read from runs."""
+        """The measures that are read from runs."""
         return self.tree.entries["measure"].made if "measure" in self.tree.entries else Measure()
 
     @property
     def identify(self) -> Any:
-        """What is found from a measured signal; None without such a section."""
+        """The question to a measured signal; None without a section [identify]."""
         return self.tree.entries["identify"].made if "identify" in self.tree.entries else None
 
     def all(self, section: str) -> list[Call]:
@@ -89,7 +89,7 @@ class Case:
         return entries if isinstance(entries, list) else [entries]
 
     def only_chain(self, what: str) -> None:
-        """Raise a Fault where there are several chains, which `what` does not take."""
+        """Raise a Fault if there are several chains, because `what` takes one."""
         if isinstance(many := self.tree.entries["chain"], list):
             raise Fault(("chain",), f"has {len(many)} sections; {what} takes one, [chain]")
 
@@ -105,7 +105,7 @@ class Case:
             if isinstance(at, OF_MATERIAL):
                 at, parameter = getattr(at, str(part), None), form_of(Material).entries.get(str(part))
             elif isinstance(at, Call):
-                # A material has what it does not state from the one that it is like.
+                # A material takes the properties that it does not state from the material that it is like.
                 inherits = at.form.target in OF_MATERIAL and part not in at.entries
                 parameter = at.form.entries.get(str(part))
                 at = getattr(at.made, str(part), None) if inherits else at.entries.get(str(part))
@@ -124,7 +124,7 @@ class Case:
         return replace(self, data=data)
 
     def to_toml(self) -> str:
-        """Return the text of a case file, whose first lines name the files of parts of the user's own."""
+        """Return the text of a case file, whose first lines name the user's files of parts."""
         load(self.parts)
         sums = [(file.name, sha256(_LOADED[str(file.absolute())]).hexdigest()) for file in self.parts]
         return "".join(f"# --with {name}, SHA-256 {sum_}\n" for name, sum_ in sums) + as_toml(self.data)
@@ -135,14 +135,14 @@ class Case:
         return call.located(others=False)
 
     def run(self, simulation: CoSimulation | None = None) -> xr.Dataset:
-        """Run it, without its sweep. simulation: that of the case, where it is built already."""
+        """Run the case without its sweep. simulation: its co-simulation, if it has been built."""
         simulation = simulation or self.simulation()
         with self.located():
             return simulation.run(self.until, self.tree.entries["run"].entries.get("save_every"))
 
     def simulation(self) -> CoSimulation:
         """Return the co-simulation; raise a ValueError that names the entry which is refused."""
-        new = replace(self)  # tables keep what they made, and how finely bodies are meshed may have changed
+        new = replace(self)  # tables keep the objects that they made, and the fineness of meshes may have changed
         for material in new.tree.context.materials.values():
             _ = material.made
         calls, bodies, run = new.all("chain"), new.all("structure"), new.tree.entries["run"]
@@ -152,14 +152,14 @@ class Case:
         taken = set[tuple[int, int]]()
 
         def seat(number: int, end: str) -> Any:
-            """Return what an end of a chain touches: a contact point, or the structure that has no other one."""
+            """Return what an end of a chain touches: a contact point, or a structure with a single one."""
             path, stated = (*calls[number].path, end), calls[number].entries.get(end)
             if stated is None and end == "behind":
                 return None
             in_order = points[number] if len(points) == len(calls) else None
             at, fault = in_order if stated is None else (stated.made.structure, stated.made.point), ""
             if at is None or at not in points:
-                what = f"there is no contact point {at[1]} of a structure {at[0]}" if at else "is missing"
+                what = f"there is no contact point {at[1]} of structure {at[0]}" if at else "is missing"
                 every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
                 if len(points) < len(calls) and any("at" in body.entries for body in bodies):
                     every += "; a plate takes a point for each chain, as in at = [[...], [...]]"
@@ -191,7 +191,7 @@ def points_of(structure: Call) -> int:
 
 
 def structure_of(body: Call, run: Call) -> Any:
-    """Return a structure, damped, and reduced where it is large; the last ones are kept."""
+    """Return a structure with its damping, reduced if it is large. The last structures are kept."""
     noted = [name for name, one in body.form.entries.items() if any(isinstance(note, InFile) for note in one.notes)]
     times = [File(body.entries[name]).stat().st_mtime_ns for name in noted if name in body.entries]
     # Two equal structures of one case are two bodies.
@@ -205,7 +205,7 @@ def structure_of(body: Call, run: Call) -> Any:
         x, y = zip(*at, strict=True) if isinstance(at, list) else at
         with body.located():
             structure = structure.at(x, y, body.entries.get("face", "front"))
-    # Losses in layers and those of Rayleigh act on the matrices, others on the reduced structure.
+    # Losses in layers and Rayleigh damping act on the matrices, other losses on the reduced structure.
     losses: list[Call] = body.entries.get("damping", [])
     early = [loss for loss in losses if isinstance(loss.made, Rayleigh | InLayer)]
     for loss in early:
@@ -230,7 +230,7 @@ def structure_of(body: Call, run: Call) -> Any:
 
 
 def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] = ()) -> tuple[Case, Source]:
-    """Return a case from a file, with changes of the form path=value, and where its entries stand."""
+    """Return a case from a file, with changes of the form path=value, and the Source that knows its lines."""
     source = read_source(path, changes)
     case = Case(source.data, parts)
     try:
@@ -241,7 +241,7 @@ def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] 
 
 
 def load(files: Iterable[File]) -> None:
-    """Run files of Python, which describe parts; a ValueError for one that cannot be read or that describes none."""
+    """Run Python files that describe parts; raise a ValueError for one that cannot be read or describes none."""
     for file in files:
         place = str(file.absolute())
         try:
@@ -250,7 +250,7 @@ def load(files: Iterable[File]) -> None:
             raise ValueError(f"--with {file}: cannot be read ({error.strerror})") from None
         if _LOADED.get(place) == content:
             continue
-        # A name without dots is not a package. Pickles, and kernels that are kept in files, find their classes by it.
+        # A name without dots is not a package. Pickles and cached kernels find their classes by this name.
         name = place.replace(".", "_")
         module = sys.modules[name] = ModuleType(name)  # annotations that are texts are looked up there
         module.__file__ = place

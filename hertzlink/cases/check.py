@@ -1,4 +1,4 @@
-"""What `hertzlink check` says: what would be computed."""
+"""The text of `hertzlink check`: the runs that a case would make."""
 
 from math import prod
 
@@ -10,7 +10,7 @@ from structures.units import readable
 
 
 def outlook(task: Task) -> str:
-    """Return the lines of text. The first structure is built, and those at the ends of each axis."""
+    """Return the text. The structures at the first point and at the ends of each axis are built."""
     first = task.first
     with collected() as warnings:
         simulation = task(**task.start)
@@ -31,7 +31,7 @@ def outlook(task: Task) -> str:
     bodies = [one.structure for one in simulation.interface.structures if isinstance(one, MovingStructure)]
     if all(one.surface is None for one in chains):
         bodies = []
-        lines.append("structure: nothing: the last bead flies off")
+        lines.append("structure: nothing; the last bead flies off")
     for i, body in enumerate(bodies):
         size = f", {count_of(body.size, 'unknown')}" if body.size else ""
         if full := body.origin.get("reduction", {}).get("full_size"):

@@ -19,15 +19,15 @@ from structures.described import Described, Parameter, description, noted, regis
 from structures.material import Material
 from structures.quantities import Asks, Quantity
 
-# Classes of which a text names one. Tables of them, and of what else may stand there, are known by their entries.
+# Classes whose objects a text may name. Their tables, and other tables in their place, differ by their entries.
 OF_MATERIAL = (Material, OrthotropicMaterial)
 
 
 class Family(NamedTuple):
-    """A class of which a table is one member.
+    """A class with several kinds of tables, its members.
 
-    tag: the entry that says which one. common: entries of all members that are not arguments: they are read where the
-    table stands. others: members that are not found by what they make, without the common entries.
+    tag: the entry that names the member. common: entries of all members that are not arguments; the table around reads
+    them. others: members that do not return the class; they lack the common entries.
     """
 
     tag: str = "kind"
@@ -57,7 +57,7 @@ def in_cases(
 
 @dataclass(frozen=True)
 class Of:
-    """A note of an annotation: a table whose entries are the arguments of a function, or of one by "module:name"."""
+    """A note in an annotation: a table whose entries are the arguments of a function, or of that at "module:name"."""
 
     target: Any
 
@@ -126,7 +126,7 @@ def entry_of(hint: Any, default: Any = inspect.Parameter.empty) -> Parameter:
 
 
 class Row(NamedTuple):
-    """A list, or a table of any names, that an annotation allows: what it becomes, its items, and a fixed number."""
+    """A list, or a table with any names, that an annotation allows: its type, its items, and their number if fixed."""
 
     make: type
     item: Parameter
@@ -177,7 +177,7 @@ def asked(parameter: Parameter) -> str:
 
 
 def hint_of(parameter: Parameter) -> str:
-    """Return what to write for an entry, from its annotation."""
+    """Return a hint on what to write for an entry, from its annotation."""
     if asks := asked(parameter):
         return f"give {asks}"
     if Material in (parameter.type, *(kind for kind, _ in parameter.members)):
@@ -194,7 +194,7 @@ def example_of(quantity: Quantity) -> str:
     return f"{quantity.example} {quantity.unit_in_files}".strip() if plain else quantity.example
 
 
-# Importing a module describes its parts. Names are read from the files of type checkers: importing all would load all.
+# Importing a module describes its parts. The names are read from stub files: importing all would load all.
 for _file in (HOME / "__init__.pyi", *(HOME / f"{name}.py" for name in namespaces())):
     for _module in sorted(set(listed_in(_file).values())):
         if _module.partition(".")[0] in ROOMS[:3]:

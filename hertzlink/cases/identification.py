@@ -32,7 +32,7 @@ from hertzlink.cases.tasks import Task, count_of_beads, sensors_of
 from structures.checks import count_of, existing
 from structures.quantities import Asks, Count, Quantity
 
-WIDE = 2.0  # a nuisance without a range may be its value over this factor to its value times it
+WIDE = 2.0  # a nuisance without a range lies between its value divided and multiplied by this factor
 MOST_ELEMENTS = 400  # of a layer whose mesh is the same for all values
 NOT_IDENTIFIED = 3  # exit code where results are written, but an unknown is not identified
 
@@ -40,7 +40,7 @@ Calibration = Annotated[float, Quantity("N/V", "a calibration", "25 N/V", low=-i
 
 
 def _for(function: Callable[..., Any], asked: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of the entries that are arguments of a function."""
+    """Return the entries that are arguments of a function."""
     return {name: asked[name] for name in signature(function).parameters if name in asked}
 
 
@@ -62,7 +62,7 @@ def asked(
     nuisances: Sequence[str] = (GAIN, TIME_ZERO),
     **others: Any,
 ) -> dict[str, Any]:
-    """What is found from a measured signal."""
+    """The unknowns to find from a measured signal, and how."""
     each: Any = calibration
     if isinstance(each, Mapping):
         each = {int(name): value for name, value in each.items() if name.isdigit()}
@@ -107,7 +107,7 @@ def question_of(case: Case) -> Task:
 
 
 def signal_of(task: Task, file: File) -> xr.Dataset:
-    """Return the measured signal, conditioned; a Fault, or raise a ValueError that names the file."""
+    """Return the measured signal, conditioned; raise a Fault, or a ValueError that names the file."""
     asked = task.case.identify
     columns = {int(bead): column for bead, column in asked["columns"].items()}
     with task.case.located("identify"):
@@ -118,7 +118,7 @@ def signal_of(task: Task, file: File) -> xr.Dataset:
 
 def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identification:
     """Return what the signal of a file says about the unknowns, in the units of the case."""
-    # Runs are as long as the signal counts, and a rod gets the same mesh at all values.
+    # Runs last as long as samples count, and a rod has the same mesh at all values.
     asked = task.case.identify
     task = replace(task, case=task.case.changed({"run.until": asked["until"], "run.accuracy": "default"}))
     body = task.case.all("structure")[0]
@@ -190,7 +190,7 @@ def grid_of(case: Case, table: File) -> Grid:
             return text
         path = path_of(name, ())
         if path in unknowns:
-            raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
+            raise ValueError("is an unknown of [identify] as well; leave out the column or the unknown")
         value: Any = f"{text} {unit}".strip()
         if not unit:
             with suppress(ValueError):
@@ -211,7 +211,7 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
         for k, error in enumerate(data.error.values) if error
     ]  # fmt: skip
 
-    # Of each point one verdict for all unknowns, or each that they have.
+    # For each point, the verdict that all unknowns share, or all their verdicts.
     asked = [name for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
     verdicts = [
         ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row))
@@ -225,7 +225,7 @@ def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
 
 
 def map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
-    """Return a row of the file for each point and unknown, and of the terminal for each point, in the user's units."""
+    """Return the map: in the file a row for each point and unknown, on the terminal a row for each point."""
     columns = {
         "x": "x (m)", "y": "y (m)", "unknown": "unknown", "value": "value (SI)", "low": "low", "high": "high",
         "verdict": "verdict", "misfit": "residual over noise", "taps": "taps", "files": "files", "error": "reason",

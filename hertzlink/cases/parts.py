@@ -81,19 +81,19 @@ def material(
 
 @in_cases(SpringLoaded)
 def spring(striker: Annotated[Bead, Asks(f"{BEAD}; by default the chain's")] | None = None, **others: Any) -> Any:
-    """A spring that throws a striker, by default a bead like the chain's, which `chain` knows."""
+    """A spring that shoots a striker; by default `chain` supplies one of its beads."""
     return partial(SpringLoaded, **others) if striker is None else SpringLoaded(striker, **others)
 
 
 @in_cases(computed_law, without=("first", "second"))
 def numerical(**others: Any) -> Any:
-    """A law by finite elements, for two of the beads, which `chain` knows."""
+    """A law by finite elements for two beads, which `chain` supplies."""
     return partial(computed_law, **others)
 
 
 @dataclass(frozen=True)
 class Seat:
-    """A contact point: of which structure, and which of its points; both are counted from 0."""
+    """A contact point: the numbers of its structure and of the point there, both counted from 0."""
 
     structure: Number = 0
     point: Number = 0
@@ -112,7 +112,7 @@ def chain(
     drop_height: Annotated[float, Likely.HEIGHT] | None = None,
     law: ContactLaw | YieldingLaw | None = None,
     on: Annotated[Seat, Asks("what the last bead faces, such as { structure = 0, point = 1 }")] | None = None,
-    behind: Annotated[Seat, Asks("what the first bead faces with its struck side, as on")] | None = None,
+    behind: Annotated[Seat, Asks("what the struck side of the first bead faces, like on")] | None = None,
     modes: Any = None,
     damping: Any = None,
     **others: Any,
@@ -122,7 +122,7 @@ def chain(
     if row[:1] == [None]:
         raise ValueError(f"bead: is missing; give {BEAD}")
     if len(row) * repeat > MOST_BEADS:
-        raise ValueError(f"repeat: {repeat} makes {len(row) * repeat} beads; at most {MOST_BEADS}")
+        raise ValueError(f"repeat: {repeat} makes {len(row) * repeat} beads; must make at most {MOST_BEADS}")
     if damping is not None and modes is None:
         raise ValueError("damping: acts inside beads that deform; give modes as well, such as modes = 8")
     struck_by: Any = {"bead": bead or row[0], "none": None}[striker] if isinstance(striker, str) else striker
@@ -175,7 +175,7 @@ def reduction(until: Any = None, **others: Any) -> dict[str, Any]:
 def matrices(
     damping_matrix: Annotated[Any, InFile("a damping matrix", "plate.mtx")] | None = None, **others: Any
 ) -> Structure:
-    """A body from the matrices of another program; `damping` are the losses of every structure."""
+    """A body from the matrices of another program; `damping` lists losses, as for every structure."""
     return from_matrices(**others, damping=damping_matrix)
 
 
@@ -245,7 +245,7 @@ class CriticalDistance:
 
 @dataclass(frozen=True)
 class Measure:
-    """What is read from runs. chain: which of several, counted from 0."""
+    """The measures that are read from runs. chain: its number among several, from 0."""
 
     chain: Number = 0
     sensor: Several | None = None

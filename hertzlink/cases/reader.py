@@ -54,11 +54,11 @@ class Call:
 
     @cached_property
     def made(self) -> Any:
-        """What the call makes; a Fault where it is refused."""
+        """The object that the call makes; a refused argument raises a Fault."""
         own = {name: one for name, one in self.form.entries.items() if name not in self.form.common}
-        arguments: dict[str, Any] = {name: None for name, one in own.items() if one.required}  # as a thickness may be
+        arguments: dict[str, Any] = {name: None for name, one in own.items() if one.required}  # such as a thickness
         if "until" in own:
-            arguments["until"] = self.context.until  # of what serves runs of a limited length
+            arguments["until"] = self.context.until  # for objects that serve runs of a limited length
         if self.path[:1] == ("materials",) and "name" in own:
             arguments["name"] = str(self.path[-1])
         arguments |= {name: made(self.entries[name]) for name in own if name in self.entries}
@@ -83,7 +83,7 @@ class Call:
         if not reason or place[0] not in self.form.entries:
             return Fault(self.path, message)
         typed = entry(self.typed, place)
-        if name == "until" and typed is None:  # of the run, which a structure serves
+        if name == "until" and typed is None:  # `until` comes from [run]
             return Fault(("run", "until"), f"{value} s{' ' if reason.startswith('must ') else ': '}{reason}")
         if not equals or typed is None or isinstance(typed, Mapping):
             reason = f"is missing; {reason}" if value == "None" else reason.rpartition("}: ")[2]
@@ -103,7 +103,7 @@ class Call:
 
     @contextmanager
     def located(self, others: bool = True) -> Iterator[None]:
-        """Turn errors into Faults of the entry that they name; others, which name none, into those of the table."""
+        """Turn errors into Faults of the entry that they name. others: those without a name are of the table."""
         try:
             yield
         except ValueError as error:
@@ -112,21 +112,21 @@ class Call:
 
 
 def made(value: Any) -> Any:
-    """Return a checked value in which what it makes stands for each table."""
+    """Return a checked value with the object that each table makes in its place."""
     if isinstance(value, Call):
         return value.made
     if isinstance(value, dict):
         return {name: made(item) for name, item in value.items()}
     if not isinstance(value, list | tuple):
         return value
-    # A bead of a list stands for as many as its count.
+    # A bead in a list is repeated `count` times.
     beads = [isinstance(item, Call) and "count" in item.form.common for item in value]
     counts = [item.entries.get("count", 1) if bead else 1 for item, bead in zip(value, beads, strict=True)]
     return type(value)(made(item) for item, count in zip(value, counts, strict=True) for _ in range(count))
 
 
 def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
-    """Return the checked value that an annotation asks for; a Fault where it asks for another one."""
+    """Return the checked value that an annotation asks for; raise a Fault for any other value."""
     (tables, rows, values), asks = allowed(parameter), asked(parameter)
     if isinstance(value, dict) and tables:
         return _table(value, tables, path, context)
@@ -153,7 +153,7 @@ def read(value: Any, parameter: Parameter, path: Path, context: Context) -> Any:
 
 
 def _table(table: dict[str, Any], tables: dict[str, dict[str, Form]], path: Path, context: Context) -> Call:
-    """Return the call that a table means."""
+    """Return the call that a table describes."""
     tag = next((tag for tag in reversed(tables) if tag in table), next(iter(tables)))
     forms, word = tables[tag], table.get(tag)
     if not tag:
@@ -161,7 +161,7 @@ def _table(table: dict[str, Any], tables: dict[str, dict[str, Form]], path: Path
     elif word is None:
         raise Fault((*path, tag), f"is missing; {nearest('', forms, 40)}")
     elif not isinstance(word, str) or word not in forms:
-        cure = "" if near(word, forms) else "; one of your own needs --with FILE.py that describes it"
+        cure = "" if near(word, forms) else "; one of your own needs --with FILE.py, which describes it"
         raise Fault((*path, tag), f"{shown(word)} is not a {tag}; {nearest(word, forms, 40)}{cure}")
     else:
         form = forms[word]
@@ -228,7 +228,7 @@ def _value(value: Any, kind: Any, notes: tuple[Any, ...], path: Path, context: C
 
 
 def number(typed: Any, quantity: Quantity, path: Path = ("",)) -> float:
-    """Return a number in SI units within the range of its quantity; a Fault for another one."""
+    """Return a number in SI units within the range of its quantity; raise a Fault for any other."""
     unit = quantity.unit_in_files
     words = f"must be {quantity.noun}, such as {example_of(quantity)}" + (f", or a number in {unit}" if unit else "")
     match, value, fault = NUMBER.fullmatch(typed) if isinstance(typed, str) else None, math.inf, ""

@@ -67,7 +67,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command on a case gives."""
+    """The output of a command on a case."""
 
     data: xr.Dataset
     tables: list[Table]
@@ -101,7 +101,7 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
             if elastic.file == "traces.csv":  # their times differ
                 tables.append(Table("traces_yielding.csv", yielding.data))
                 continue
-            # A last column says which contact law a row is of.
+            # A last column names the contact law of each row.
             laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
             both = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
             shown = pd.DataFrame()
@@ -110,7 +110,7 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
                 rows = elastic.shown.assign(contacts="elastic"), yielding.shown[differs].assign(contacts="fresh spot")
                 shown = pd.concat(rows).sort_index(kind="stable")
             tables[i] = Table(elastic.file, both, shown)
-        below.insert(0, fill(f"fresh spot: there the metal yields; computed with {YIELDING}", WIDTH))
+        below.insert(0, fill(f"fresh spot: the metal yields there; computed with {YIELDING}", WIDTH))
     return Answer(data, tables, below, task.case.title, yielded)
 
 
@@ -183,7 +183,7 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
             remarks.add("< : AR is within the tolerance at all distances with a wave")
         unknown = " ?" * bool(np.isfinite(high) and not at.settled)
         if unknown:
-            remarks.add("? : whether AR has settled at the greatest distance is not known")
+            remarks.add("? : it is not known whether AR has settled at the greatest distance")
         if np.isnan(low):
             why = "a wave returns from the greatest distance only"
             if np.isnan(far):

@@ -72,7 +72,7 @@ class Task:
         return "critical distance" if self.along is not None else "sweep" if self.axes else "run"
 
     def __call__(self, **values: Any) -> CoSimulation:
-        """Return the co-simulation at values of the axes. A refused value is a Fault where the case states it."""
+        """Return the co-simulation at values of the axes. A refused value raises a Fault at its place in the case."""
         try:
             return self.case.changed({axis.path: values[axis.name] for axis in self.axes}).simulation()
         except Fault as fault:
@@ -85,7 +85,7 @@ class Task:
 
 
 def task_of(case: Case) -> Task:
-    """Return the task of a case; a Fault for what does not fit together."""
+    """Return the task of a case; raise a Fault for entries that do not fit together."""
     measure, task = case.measure, Task(case, axes_of(case))
     if "sensitivities" in case.tree.entries:
         budget_of(case)
@@ -118,7 +118,7 @@ def task_of(case: Case) -> Task:
 
 
 def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
-    """Return the sensors, by default the bead in the middle; a Fault for a bead that is not there."""
+    """Return the sensors, by default the bead in the middle; raise a Fault for a bead that does not exist."""
     measure, count = case.measure, count_of_beads(first, case.measure.chain)
     if measure.sensor is not None and measure.sensors is not None:
         raise Fault(("measure", "sensors"), "give sensor or sensors, not both")
@@ -167,13 +167,13 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
 
 
 def builder_of(task: Task) -> Callable[..., CoSimulation]:
-    """Return what builds the points of a task: on the modes of a rectangular plate that it strikes at many places."""
+    """Return the builder of a task's points: on modes, if a rectangular plate is struck at many places."""
     plates = prod(len(axis.values) for axis in task.axes if axis.path[0] == "structure")
     few = plates < FEWEST_ON_MODES and task.along is None
     points = [partial(task, **point) for point in (task.start, *task.ends)]
     on_modes = None if few else modes_of(points, task.case.until)
     build: Callable[..., CoSimulation] = task if on_modes is None else partial(on_modes, task)
-    with collected():  # a refused point is a Fault before processes start; the runs repeat warnings
+    with collected():  # a refused point raises a Fault before processes start; the runs repeat warnings
         for point in task.ends:
             build(**point)
     return build
@@ -189,7 +189,7 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
             data[prefix + read.__name__] = "sensor", np.array([float(value) for value in each]), each[0].attrs
     for sensor in data.sensor.values[data.amplitude_ratio.isnull()].tolist():
         primary = reflections(run, sensor).primary
-        # What a record lacks was said when AR was read.
+        # A warning about the record was given when AR was read.
         if isinstance(primary, NoWave) and not primary.reason.startswith("the record "):
             caution(f"waves at bead {sensor}: {primary.reason}")
     if traces:
@@ -200,7 +200,7 @@ def kept_of_run(run: xr.Dataset, sensors: Sequence[int], traces: bool, chain: in
 
 
 def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
-    """Run it."""
+    """Run the task."""
     case, measure, build = task.case, task.case.measure, builder_of(task)
     axes: dict[str, Any] = {axis.name: axis.values for axis in task.axes if axis is not task.along}
     with case.located():
@@ -242,7 +242,7 @@ def with_budget(case: Case, data: xr.Dataset, sensor: int) -> xr.Dataset:
 
 
 def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
-    """Run a task, and where contacts yield once more with Jackson and Green's law. A sweep is not repeated."""
+    """Run a task, and once more with Jackson and Green's law if contacts yield. A sweep is not repeated."""
     with collected() as said:
         data = run_task(task, jobs)
     findings, yielded = findings_of(data), None

@@ -30,7 +30,7 @@ MEASURES = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")  # The 
 
 @dataclass
 class Explorer:
-    """The case at the first values of its sliders, and what runs it at others."""
+    """The case at the first values of its sliders, and its runs at other values."""
 
     case: Case
     sliders: Sequence[Slider]
@@ -39,7 +39,7 @@ class Explorer:
     one_at_a_time: Lock = field(default_factory=Lock)
 
     def changed(self, values: Mapping[str, str]) -> Case:
-        """Return the case at values, texts by the sliders' names; those that are missing stay."""
+        """Return the case at values, which are texts by slider name; sliders without a value stay."""
         sliders, changes = {slider.name: slider for slider in self.sliders}, {}
         for name, text in values.items():
             if name not in sliders:

@@ -1,4 +1,4 @@
-"""The sliders of a case: the axes of its sweep, or what usually varies; the impact speed; and the sensor."""
+"""The sliders of a case: the axes of its sweep, or the entries that usually vary; the impact speed; and the sensor."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -15,8 +15,8 @@ from hertzlink.cases.tasks import Task, count_of_beads
 from structures.material import Material
 from structures.units import factor
 
-STEPS = 50  # Of a slider from zero to its first value, or up to ten times as many.
-LAYERS = 3  # Of a rod that get sliders.
+STEPS = 50  # Steps of a slider from zero to its first value; there may be up to ten times as many.
+LAYERS = 3  # Number of layers of a rod that get sliders.
 # Ranges, as parts of the value in the case. Those of meshed plates are shorter, so that one basis serves them.
 WIDE, HALVES, NEAR, NEARER = (0.25, 3.0), (0.5, 2.0), (0.5, 1.5), (0.75, 1.25)
 PREFERRED = {"m": "mm", "Pa": "GPa"}  # Units of values that a case gives as plain numbers.
@@ -77,7 +77,7 @@ def plain(value: Decimal) -> str:
 
 
 def start_of(task: Task) -> Case:
-    """Return the case without its sweep. Entries stay where the sweep includes them; others get its first value."""
+    """Return the case without its sweep. An entry within its axis stays; any other gets the first value of its axis."""
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify", "sensitivities")}
     case = replace(task.case, data=data).changed({})
     for axis in task.axes:
@@ -161,12 +161,12 @@ def around(case: Case, path: Path, value: float, parts: tuple[float, float], mos
     return Slider(path, words_of(case, path), unit, min(low, first), high, first, size, Decimal(repr(number)))
 
 
-def digits(value: float) -> Decimal:  # conversions leave last digits
+def digits(value: float) -> Decimal:  # unit conversions leave rounding errors
     return Decimal(f"{value:.9g}")
 
 
 def step(wanted: float, value: Decimal) -> Decimal:
-    """Return a power of ten at most as wanted, so that the value is a whole number of steps if it has few digits."""
+    """Return a power of ten up to `wanted`, of which the value is a whole multiple if it has few digits."""
     last = value.normalize().as_tuple().exponent
     power = floor(log10(wanted))
     return Decimal(1).scaleb(max(power - 2, min(power, last if isinstance(last, int) else power)))

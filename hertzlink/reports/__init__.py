@@ -57,7 +57,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; the first cell of a row names it. notes: of each row, what stands below it, "" for nothing."""
+    """A table of texts; the first cell of a row names it. notes: the text below each row, "" for none."""
 
     caption: str
     head: Sequence[str]
@@ -126,13 +126,13 @@ def page_of(
     yielded: xr.Dataset | None = None,
 ) -> Page:  # fmt: skip
     """Return the page of a result. took: the time of its computation, s. yielded: the same with contacts that yield."""
-    # Imported here, as these import what a page is made of.
+    # Imported here, because this module imports the present one.
     from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 
     data = result.to_dataset() if isinstance(result, Identification) else result
     if not isinstance(data, xr.Dataset):
         data = xr.Dataset()  # which is refused below
-    # Measures warn of what the result says already, or what its page will say.
+    # Warnings of measures are collected, because the result or its page states them too.
     with collected() as said:
         if "taps" in data:
             page = map_page(data)
@@ -146,7 +146,7 @@ def page_of(
             page = run_page(data, sensors, yielded)
         else:
             has_cure = hasattr(result, "noted_in")  # a budget, which a run can hold
-            what = f"is of {type(result).__name__}" if has_cure else f"= {short(result)}"
+            what = f"of type {type(result).__name__}" if has_cure else f"= {short(result)}"
             cure = "the run with the budget, budget.noted_in(run, ...)" if has_cure else "a run, a sweep, a signal"
             raise ValueError(f"result {what}: must be {cure}, or the result of identify or map_taps")
         # A map may continue an earlier one.
@@ -165,7 +165,7 @@ def html(page: Page) -> str:
 
 @cache
 def environment() -> "Environment":
-    """Return what fills the templates of reports and of the explorer."""
+    """Return the environment that fills the templates of reports and of the explorer."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     return Environment(

@@ -42,7 +42,7 @@ WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spo
 
 SMALLER_BEADS = "The structure takes such a wave, or leaves less than 1 % of it; smaller beads get more of it back."
 
-UNSETTLED = "Whether AR has settled at the greatest distance is not known; greater distances show it."
+UNSETTLED = "It is not known whether AR has settled at the greatest distance; greater distances show it."
 
 FIRST_TAP = " on elastic contacts; where a contact yields, a first tap may give a smaller AR"
 
@@ -350,7 +350,7 @@ def place_of(point: xr.Dataset) -> list[str]:
 
 
 def difference_in_words(one: xr.Dataset, name: str) -> str:
-    """Return which points differ from the median by more than interval and scatter, or that all vary, or agree."""
+    """Return a sentence: which points differ from the median by more than interval and scatter, or that all agree."""
     words, unit = in_words(name.split(".")[-1]), f" {one.unit.item()}".rstrip()
     along, up = (one[axis].attrs["unit"] for axis in "xy")
     known = one.isel(point=np.isin(one.verdict.values, (IDENTIFIED, MEASURED)))

@@ -18,7 +18,7 @@ BODIES = ("plate", "infinite plate")
 UNTIL = 3.5e-3  # Length of the record, s.
 REDUCTION = 0.02  # Tolerance of the reduction.
 RATIOS = np.geomspace(0.4, 10.0, 49)  # D/t of the theory lines.
-# v_in of equation 6.37, m/s, as the striker's speed, and as the beads' in the wave, which the thesis names.
+# v_in of equation 6.37, m/s: as the striker's speed, and as the beads' speed in the wave, which the thesis names.
 SPEEDS = (shared.PLATE_SPEED, PARTICLE_TO_STRIKER_SPEED * shared.PLATE_SPEED)
 
 
@@ -60,7 +60,7 @@ def ours(diameter: float, thickness: float) -> hl.theory.PlateImpact:
 
 
 def of_thesis(diameter: float, thickness: float, parameter: float | None = None) -> hl.theory.PlateImpact:
-    """Return the impact with the thesis's data of the bead: at the speed in the wave, or of a λ at the striker's."""
+    """Return the impact with the thesis's bead: at the speed in the wave, or, for a given λ, at the striker's speed."""
     speed = shared.THEIR_BEAD_SPEED if parameter is None else shared.THEIR_STRIKER_SPEED
     return hl.theory.PlateImpact(theirs(diameter), shared.plate(thickness), speed, parameter)
 

@@ -1,7 +1,7 @@
 """Numbers of a study beside those that the thesis prints, which are lines of `printed.csv`: one rule for all.
 
-A printed number stands for all that round to it, or are cut off to it. TOLERANCE allows for more, by kind: the scatter
-between the thesis's own simulations, and that of its experiments.
+A printed number stands for all numbers that are rounded or truncated to it. TOLERANCE allows for more, by kind: the
+scatter between the thesis's own simulations, and that of its experiments.
 """
 
 import csv
@@ -23,9 +23,9 @@ AGREES, DIFFERS, MISPRINT = VERDICTS = ("agrees", "differs", "misprint")
 HEAD = {"number": 38, "thesis": 14, "hertzlink": 14, "verdict": 8}  # Columns of a table: their widths in letters.
 WIDTH, INDENT = 80, "    "  # Letters in a line of a table; what a remark begins with.
 
-SIMULATION_ERROR = 1e-3  # Of our own runs, where a tolerance is allowed.
+SIMULATION_ERROR = 1e-3  # Error of hertzlink's runs, where a tolerance is allowed.
 TOLERANCE = {"equation": 0.0, "simulation": 0.01, "experiment": 0.05, "time": 0.01, "about": 0.11}
-"""Parts of the number, by what it comes from. Words, such as "good agreement", have a range of their own."""
+"""Relative tolerances, by the origin of the number. Words, such as "good agreement", have a range of their own."""
 NOT_JUDGED = {
     "input": "an input of the thesis, which is not judged",
     "undefined": "not defined in the thesis",
@@ -35,7 +35,7 @@ NOT_JUDGED = {
 
 
 class Number(NamedTuple):
-    """What a study finds. Of several conditions the first is the study's own; the others are open in the thesis.
+    """A value of a study. Of several conditions the first is the study's own; the thesis leaves the others open.
 
     unit: only where the thesis prints nothing; otherwise `printed.csv` has it.
     """
@@ -47,10 +47,10 @@ class Number(NamedTuple):
 
 
 class Printed(NamedTuple):
-    """A line of `printed.csv`: what the thesis prints of a number, where, and what it comes from, a key of TOLERANCE.
+    """A line of `printed.csv`: what the thesis prints of a number, where, and its origin, a key of TOLERANCE.
 
     low, high: as printed, with all digits; equal for a single number, empty at an end that is open. words: what the
-    thesis prints instead of a number. corrected: what must stand there by the same author's other numbers. span: the
+    thesis prints instead of a number. corrected: the value that follows from the same author's other numbers. span: the
     least and the greatest number that the thesis prints for the same quantity, by theory, simulation and experiment.
     """
 
@@ -68,7 +68,7 @@ class Printed(NamedTuple):
 
     @property
     def ranges(self) -> tuple[Range, ...]:
-        """The numbers that round to the digits, with the tolerance of the kind; and those that are cut off to them."""
+        """The numbers that round to the digits, with the tolerance of the kind; those that are truncated to them."""
         low, high = exact_range(self.low, self.high)
         if self.kind not in TOLERANCE:
             return ((low, high),)
@@ -125,7 +125,7 @@ def compare(study: str, numbers: Iterable[Number]) -> list[Row]:
 def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
     """Return the verdict on a number, and the condition under which it agrees, the right number, or the difference.
 
-    Of several conditions the first must lie within what is printed; of the others, a part of each range.
+    The range of the first condition must lie within the printed one; that of any other must overlap it.
     """
     if line.kind in NOT_JUDGED:
         return "", ""
@@ -133,7 +133,7 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
         return (MISPRINT, f"corrected: {line.corrected}") if ours is True else (DIFFERS, "")
     cases = as_cases(ours)
     for place, (name, case) in enumerate(cases.items()):
-        # Where digits are cut off, "0.3" reaches up to 0.4: a range that begins there does not agree.
+        # If digits are truncated, "0.3" reaches up to 0.4: a range that begins there does not agree.
         first, *cut_off = line.ranges
         if agrees(first, case, whole=place == 0) or any(agrees(expected, case) for expected in cut_off):
             return AGREES, f"with {name}: {shown(case)}" if place else ""
@@ -144,7 +144,7 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
         return AGREES, f"within the range that the thesis prints for it, {line.span}"
     if isinstance(own, bool | str):
         return DIFFERS, ""
-    # How far ours lies from the printed number, at the end that lies farther away.
+    # The distance of hertzlink's value from the printed number, at the end that is farther away.
     ends = zip((line.low, line.high), as_range(own), (min, max), strict=True)
     known = [(float(Fraction(end)), value, outer) for end, value, outer in ends if end]
     off = max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
@@ -152,7 +152,7 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
 
 
 def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
-    """Return whether ours lies within the expected range, as a `whole` or in a part; or covers all of it."""
+    """Return whether hertzlink's value lies in the expected range, as a `whole` or in part, or covers all of it."""
     if isinstance(ours, bool | str):
         return ours is True
     low, high = as_range(ours)
@@ -162,7 +162,7 @@ def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
 
 
 def as_cases(ours: Ours) -> dict[str, Case]:
-    """Return ours by condition; a single one has no name."""
+    """Return hertzlink's values by condition; a single one has no name."""
     return dict(ours) if isinstance(ours, Mapping) else {"": ours}
 
 

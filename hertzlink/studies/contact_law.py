@@ -31,7 +31,7 @@ BODIES: dict[str, Any] = {
     **{name: hollow_spheres.particle(ratio) for name, ratio in HOLLOW.items()},
 }
 
-# Ranges over which power laws are fitted: their ends, m, or N where the name says so; by which least squares.
+# Ranges over which power laws are fitted: their ends, m, or N where the name says so; the kind of least squares.
 LIKE_TABLE_5_1, RELATIVE, WIDE = "0.2 to 10 µm, absolute", "0.2 to 10 µm, relative", "0.2 to 20 µm, absolute"
 WEAK, STRONG = "1 to 10 N, relative", "10 to 100 N, relative"
 FITS = {

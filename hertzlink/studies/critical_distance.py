@@ -25,7 +25,7 @@ HIGHEST_PHASE = 3.3  # Highest frequency of the half-plane times the contact tim
 # A wave below this fraction of the incident one counts as none, with AR = 0; the law's error is larger.
 SMALLEST_WAVE = 2e-3
 
-# λ, of which no value is a node of the law's table, and d/ℓ; of other beads and speeds fewer.
+# λ, none of them a node of the law's table, and d/ℓ; fewer of both for other beads and speeds.
 PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
 DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)

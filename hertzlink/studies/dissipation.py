@@ -165,7 +165,7 @@ def yield_speed(bead: hl.Sphere, yield_stress: float = YIELD_STRESS) -> float:
 
 
 def numbers(data: xr.Dataset) -> Iterator[Number]:
-    # Table 4.1, and what is left of the wave at bead 56 of that at bead 9 by three readings of it.
+    # Table 4.1, and the part of the wave at bead 9 that is left at bead 56, for three readings of the table.
     for name, of in TABLE_4_1.items():
         yield Number(f"mass, {name}", of.bead.mass * 1e3)
         ends = data.peak.sel(material=name, law=list(LAWS[1:4]))

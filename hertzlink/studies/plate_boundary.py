@@ -24,7 +24,7 @@ DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240
 QUICK_DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.1, 0.15, 0.457)
 BRACKET, QUICK_BRACKET = 0.2e-3, 5.0e-3
 TOLERANCE, TOLERANCES = 0.02, (0.01, 0.02, 0.05)  # Allowed differences of AR from its far value.
-LINES = ("A0 Lamb", "Rayleigh")  # The waves whose way during a contact equation 6.42 gives.
+LINES = ("A0 Lamb", "Rayleigh")  # The waves whose path during a contact equation 6.42 gives.
 # Length of the record in contact times of a bead on a half-space. The largest beads on the two thinner plates send a
 # wave back only when the echo of the edge pushes them, the later the farther the edge is: records up to four times as
 # long do not settle these cases (docs/numerics.md).

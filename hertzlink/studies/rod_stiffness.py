@@ -71,7 +71,7 @@ def against(wall: str) -> xr.Dataset:
     run = hl.CoSimulation(shared.chain(), shared.rod(layers(WALLS[wall]))).run(RECORD)
     moved, time = run.displacement.sel(bead=BEADS), run.time.values
 
-    # The energy of the last contact, of what is left in the chain and the rod.
+    # The energy of the last contact, as a part of the energy left in the chain and the rod.
     stiffness = shared.wall_stiffness(BEAD, WALLS[wall])
     resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
     stored = 0.4 * stiffness * (moved - run.surface_displacement + resting).clip(min=0.0) ** 2.5

@@ -86,7 +86,7 @@ def power_fit(law: hl.laws.ContactLaw, lowest: float, highest: float, relative: 
 
     relative: least squares of ln F at even steps of ln δ; otherwise of F at even steps of δ.
     """
-    # In parts of the range's end, so that k of any unit comes out of numbers near one.
+    # In units of the end of the range, so that numbers are near one for any unit of k.
     parts = np.linspace(lowest / highest, 1.0, FITTED)
     if relative:
         parts = np.exp(np.linspace(np.log(lowest / highest), 0.0, FITTED))

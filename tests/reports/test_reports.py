@@ -296,7 +296,7 @@ BAD: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
     "path": (lambda p: hl.plots.report(run(), 5), ValueError, "path = 5"),
     "no path": (lambda p: hl.plots.report(run(), ""), ValueError, "path = ''"),
     "a folder": (lambda p: hl.plots.report(signal(), p), ValueError, "must be a file in a folder that exists"),
-    "budget": (lambda p: hl.plots.report(BUDGET, p / "a.html"), ValueError, r"^result is of Uncertainty: .*noted_in"),
+    "budget": (lambda p: hl.plots.report(BUDGET, p / "a.html"), ValueError, r"^result of type Uncertainty: .*noted_in"),
     "setup": (lambda p: hl.plots.report(signal(), p / "a.html", setup=BEAD), ValueError, "setup = Sphere"),
     "folder": (lambda p: hl.plots.report(signal(), p / "no" / "a.html"), ValueError, "a.html': must be"),
 }
