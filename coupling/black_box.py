@@ -182,7 +182,7 @@ class IQN_ILS(Iterated):
 class Trial(NamedTuple):
     """A trial of a window."""
 
-    residual: Vector  # the answer less the forces that pushed the structures, N
+    residual: Vector  # the answer minus the forces that pushed the structures, N
     answer: Vector  # mean forces that the chains answered, N
     surface: Vector  # displacements of the surfaces at the end, m
 

@@ -187,7 +187,7 @@ def fill(frames: Frames, interface: Interface, scheme: Scheme, window: float | A
         check_compiled(interface.model.loss, ("with_loss",), 4)
         raise
 
-    # The damping of linear structures took their work less their energy; the midpoint rule keeps this balance exactly.
+    # The damping of linear structures took their work minus their energy; the midpoint rule keeps this balance exactly.
     for place in interface.damped:
         structure = frames.saved.structure[place]
         work = frames.saved.work["work"][interface.touching[place]].sum(axis=0)

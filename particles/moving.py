@@ -73,7 +73,7 @@ class MovingChain:
     flexibility, behind_flexibility : float
         Flexibilities of massless springs behind these contacts, m/N.
     dt, fineness : float, optional
-        The longest step, s, by default from the shortest contact time; and a factor of that default number of steps.
+        The longest step, s, by default from the shortest contact time; and a factor of the default number of steps.
     impact_energy : float, optional
         Energy scale of steps and tolerances, J; by default the chain's own.
 
@@ -205,7 +205,7 @@ class MovingChain:
         """The different laws and their contacts."""
         groups = contacts.grouped(self.laws)
         if not groups:
-            raise ValueError("beads: must have a contact, but a single bead without a striker faces nothing")
+            raise ValueError("beads: must have a contact; a single bead without a striker faces nothing")
         return groups
 
     def of_laws(self, quantity: str, at: Vector) -> Vector:

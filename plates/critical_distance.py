@@ -50,10 +50,10 @@ class CriticalDistanceEstimate(NamedTuple):
 def critical_distance_law(
     bead: Any, plate: Plate, impact_speed: float, edge: str = "clamped", tolerance: float = 0.02
 ) -> CriticalDistanceEstimate:
-    """Return the distance from a straight edge beyond which AR stays within a tolerance of its value far away.
+    """Return the distance from an edge beyond which the amplitude ratio AR stays within a tolerance of its far value.
 
-    d_c = ℓ c(λ, edge, tolerance) with ℓ = (T_c √(D/m))^½. c comes from a table of AR, 13 beads away from the plate,
-    which was computed with `half_plane`; see docs/plate_edge.md.
+    d_c = ℓ c(λ, edge, tolerance) with ℓ = (T_c √(D/m))^½. c comes from a table of AR at a sensor 13 beads from the
+    plate, computed with `half_plane`; see docs/plate_edge.md.
 
     Parameters
     ----------

@@ -234,7 +234,7 @@ class Plate:
         known = next((one for one, _ in kept.values()), None)
         assembled = known or self.element.assemble(mesh, self.section, held, self.additions)
         if assembled.mass.shape[0] == 0:
-            raise ValueError("cells, mesh: must be smaller cells, as the supports hold every degree of freedom")
+            raise ValueError("cells, mesh: must be finer, as the supports hold every degree of freedom")
         if copies not in kept:
             kept[copies] = assembled, Matrices(copies * assembled.mass, copies * assembled.stiffness)
         matrices = kept[copies][1]

@@ -14,7 +14,7 @@ from structures.checks import short
 
 IDENTIFIED, BLIND, AT_END, NUISANCE = "identified", "blind", "at the end of its range", "nuisance"
 NOT_TRUSTED = "not trusted: the model does not fit"  # The verdict if the model does not explain the signal.
-HALF = 0.5  # An unknown is blind if half its interval exceeds this part of its value, or all of it this of its range.
+HALF = 0.5  # Blind: half of the interval exceeds this part of the value, or the whole interval this part of the range.
 LINE = 80  # Characters of a line.
 DEVIATIONS = 1.959964  # Standard deviations in half of a 95 % interval.
 

@@ -36,8 +36,8 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
 
 
 def own_axes(width: float = WIDTH, height: float = HEIGHT, make: Any = None) -> "Axes":
-    """Return the axes of a new figure, which may be resized. make: makes it; by default one that pyplot does not know,
-    for a file."""
+    """Return the axes of a new figure, which may be resized. make: the function that makes it; by default a figure for
+    a file, unknown to pyplot."""
     from matplotlib.figure import Figure
 
     figure = (make or Figure)(figsize=(width, height), layout="constrained")

@@ -96,7 +96,7 @@ def mapped(taps: xr.Dataset, unknown: str | None = None, show: str = "value", ax
 
 
 def _edges(along: Any, across: Any) -> tuple[Any, Any]:
-    """Return where the cell of each point begins and ends along an axis; as wide as across it where all are in line."""
+    """Return the two ends of each point's cell along an axis. Cells of points in line are as long as wide."""
     places, others = (np.unique(np.round(values, 9)) for values in (along, across))
     steps = next((np.diff(one) for one in (places, others) if len(one) > 1), np.ones(1))
     middles = 0.5 * (places[:-1] + places[1:])

@@ -198,7 +198,7 @@ def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: d
     limit = min(map(int, limits), default=inf)
     if last := sum(tries >= limit for tries in evaluations):
         findings.append(
-            f"max-iterations = {limit}: {last} of {windows.size} windows took them all and may not have converged, "
+            f"max-iterations = {limit}: {last} of {windows.size} windows used all of them and may not have converged,  "
             "which preCICE accepts; raise it, or change the acceleration"
         )
     findings += check_guest(moving, values["contact_force"], values["interface_work"], times)

@@ -81,7 +81,7 @@ VARIABLES = {
     "structure_dissipated_energy": Variable(
         "J", "energy taken by the structure's damping since the start", "structure"
     ),
-    "structure_numerical_loss": Variable("J", "work less energy and damping: the time stepping's loss", "structure"),
+    "structure_numerical_loss": Variable("J", "work minus energy and damping: the time stepping's loss", "structure"),
     "evaluations": Variable("1", "chain windows tried since the last saved time"),
     "windows": Variable("1", "windows since the last saved time; more than usual where one was halved"),
     "residual": Variable("N", "greatest disagreement on a mean force since the last saved time"),

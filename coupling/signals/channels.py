@@ -15,9 +15,9 @@ from structures.units import readable
 
 NEAR = 0.25  # Time stamps are whole intervals apart, up to this part of an interval.
 ROUNDED = 0.8  # Stamps with too few digits may differ from even times by this part of their last digit.
-FEW, FEW_SHARE = 20, 0.01  # So many samples, or this part of all, may be lost.
+FEW, FEW_SHARE = 20, 0.01  # This many samples, or this part of all, may be lost.
 MENTIONED = 0.02  # Part of an interval by which times may differ from even ones without a note.
-SEGMENTS = "; of several segments or taps write one file for each"
+SEGMENTS = "; write one file for each segment or tap"
 
 
 class Sampling(NamedTuple):
@@ -127,7 +127,7 @@ def even_sampling(time: Vector, place: Callable[[int], str]) -> tuple[Vector, ND
     if (steps < 0.0).any() or not steps.any():
         raise wrong(int((steps <= 0.0).argmax()), f", must increase{SEGMENTS}")
     if time.size % 2 == 0 and (time[::2] == time[1::2]).all():
-        raise wrong(0, ": each time stands twice; export the trace without peak detection, or with more digits")
+        raise wrong(0, ": each time appears twice; export the trace without peak detection, or with more digits")
     usual = float(np.median(steps)) or float(steps.mean())
     counts = np.round(steps / usual).astype(np.int64)
     odd = (np.abs(steps - counts * usual) > NEAR * usual) | (counts < 1)

@@ -60,7 +60,7 @@ def opened(path: Path, columns: Collection[int] | None, asked: Sampling) -> Reco
     if isinstance(content, bytes):
         return read_text(path, content, columns, asked)
     if asked.time_column is not None:
-        raise ValueError(f"time_column = {asked.time_column}: is for text; {path} has times, or give interval=")
+        raise ValueError(f"time_column = {asked.time_column}: is for text; {path} has its own times, or give interval=")
     if not content:
         raise ValueError(f"{path}: is {kind} without arrays of {FEWEST_SAMPLES} or more numbers")
     return Recording(kind, dict(enumerate(content[:MOST_CHANNELS], 1)), [])

@@ -74,9 +74,9 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
     if falls:
         raise ValueError(f"{path}: column {falls[0]} decreases from line to line; if it is the time, it must increase")
     if swapped := [column for column in chosen if rises(numbers[column])]:
-        entry, cure = "sensors", ": are the columns swapped? They count from 0; the time is time_column"
+        entry, cure = "sensors", ": are the columns swapped? They are counted from 0; the time is time_column"
         if columns is None:
-            entry, cure = "interval", ", and is for a file without times; leave it out"
+            entry, cure = "interval", "; leave interval out, which is for a file without times"
         raise ValueError(f"{entry}: {path}: column {swapped[0]} increases from line to line, as a time does{cure}")
     time_of = {column: max([c for c in rising if c < column], default=min(rising, default=None)) for column in chosen}
     timed_by = sorted({column for column in time_of.values() if column is not None})
@@ -166,8 +166,8 @@ def samples_in(
     if not three.any() or numbers[chosen].isna().all().any():
         raise ValueError(
             f"{path}: must hold a line for each sample, with numbers in columns {', '.join(map(str, chosen))}, counted "
-            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; columns are separated by ; | , tabs or "
-            "blanks, by no comma where decimals have commas; a file without times needs interval="
+            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; columns are separated by ; | tabs or  "
+            "blanks, or by commas if decimals have points; a file without times needs interval="
         )
     first, end = int(three.argmax()), int(np.flatnonzero(is_sample)[-1]) + 1
     is_sample = is_sample[first:] if timed_by else np.arange(first, len(lines)) < end

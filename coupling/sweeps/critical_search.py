@@ -188,7 +188,7 @@ class _Search:
         return [round(place, 9) for place in (crossing - reach, crossing + reach) if low < place < high]
 
     def samples(self) -> tuple[Vector, Vector]:
-        """Return the distances with a wave, m, and AR there less its far value."""
+        """Return the distances with a wave, m, and AR there minus its far value."""
         x, y = as_arrays(self.curve)
         return x[~np.isnan(y)], y[~np.isnan(y)] - y[-1]
 

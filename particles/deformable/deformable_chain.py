@@ -106,7 +106,7 @@ class MovingDeformableChain(MovingChain):
             return _law_of_bodies(bead, facing, max_approach=2.0 ** (ceil(2.0 * log2(deepest)) / 2.0))
         except ValueError as error:
             culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
-            raise ValueError(f"{culprit}: contacts with all {self.energy:.3g} J must have a law=") from error
+            raise ValueError(f"{culprit}: gives {self.energy:.3g} J, too much for finite elements; add law=") from error
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:

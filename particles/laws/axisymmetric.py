@@ -78,7 +78,7 @@ def computed_law(
         return contact.up_to(within("max_approach", max_approach, smallest, radius, "m"), spacing)
     low, high = contact.theory.force(np.array([smallest, radius]))
     force = within("max_force", max_force, float(low), float(high), "N")  # type: ignore[arg-type]
-    # A rough law tells the approach at the force.
+    # A rough law gives the approach at the force.
     approach = float(contact.theory.approach(np.array(force)))
     for _ in range(TRIES):
         approach *= 1.2

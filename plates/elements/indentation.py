@@ -49,8 +49,8 @@ def bending_by_poisson(section: Section) -> float:
 
 
 def remaining_flexibility(section: Section, radius: float) -> float:
-    """Return the compliance of the layer in three dimensions, minus that of the half-space and that of Mindlin's plate
-    under a disc of this radius, m; m/N. It is 1/2π ∫ (layer − half-space − plate · disc²) k dk.
+    """Return the compliance of the layer in three dimensions, m/N, minus those of the half-space and of Mindlin's plate
+    under a disc of this radius, m. It is 1/2π ∫ (layer − half-space − plate · disc²) k dk.
 
     The disc's mean is 2J₁(ka)/ka. The stiffness of anisotropic walls is averaged over all directions.
     """

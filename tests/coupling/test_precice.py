@@ -298,7 +298,7 @@ def test_windows_that_do_not_converge_are_counted(
     """preCICE accepts them without a word after max-iterations; AR is then off by 5e-4."""
     double.most = 2
     configuration.write_text(CONFIGURATION.format(2))
-    with pytest.warns(hl.HertzlinkWarning, match=r"^max-iterations = 2: \d{3} of 800 windows took them all and"):
+    with pytest.warns(hl.HertzlinkWarning, match=r"^max-iterations = 2: \d{3} of 800 windows used all of them and"):
         run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert "max-iterations" in run.attrs["warnings"]
     assert run.evaluations.max() == 2

@@ -102,7 +102,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
             r"behind_flexibility = -1e-06: must be less negative, as this contact is wider",
         ),
-        (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: must have a contact, but a single bead"),
+        (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: must have a contact; a single bead"),
         (lambda: MovingChain(LONG, FLAT, flexibility=-1e-3), r"flexibility = -0\.001: must be less negative"),
         (lambda: MovingChain(LONG, FLAT, dt=1e-4), r"dt = 0\.0001: must be below .* for a stable step"),
         (lambda: MovingChain(STICKY, FLAT, dt=2e-6), "dt = 2e-06: must be below"),
@@ -111,7 +111,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.CoSimulation(HANGING, hl.half_space(STEEL)), r"preload = 0\.0: must be at least 0\.02216 N to"),
         (
             lambda: hl.CoSimulation(hl.Chain([BEAD], hl.PushedBead([0.0, 1e-5], [1.0, 2.0])), None),
-            "beads: must have a contact, but a single bead without a striker faces nothing",
+            "beads: must have a contact; a single bead without a striker faces nothing",
         ),
         (lambda: replace(HANGING, striker=WEAK, impact_speed=None, preload=1.0), "must be larger, as the striker does"),
         # Excitations
