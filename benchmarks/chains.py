@@ -1,4 +1,4 @@
-"""What contact laws, losses and yielding cost in a chain of 20 beads that is struck, over Hertz's law without losses.
+"""The cost of contact laws, losses and yielding in a struck chain of 20 beads, over that of Hertz's law without losses.
 
     python benchmarks/chains.py [--quick]
 

@@ -1,4 +1,4 @@
-"""Coupling schemes: error, energy, solves and time by scheme and window, and what a window costs in Python.
+"""Coupling schemes: error, energy, solves and time by scheme and window, and the cost of a window in Python.
 
     python benchmarks/coupling_schemes.py [--quick]
 
@@ -67,7 +67,7 @@ def row(name: str, body: hl.Structure, scheme: Any, window: float | hl.Adaptive,
 
 
 def overhead(scheme: Any, rounds: int = 9) -> float:
-    """Seconds that Python adds to a window of a half-space, less the steps of the chain."""
+    """Seconds that Python adds to a window of a half-space, without the steps of the chain."""
     window, until, every = 5e-7, 1e-3, 4e-6
     half_space = hl.half_space(hl.STEEL_440C)
     compiled = hl.CoSimulation(chain(), half_space, window=window)

@@ -2,8 +2,8 @@
 
     python benchmarks/first_use.py
 
-Each figure is processor time of new processes, so other work on the machine counts little; the median of five, but the
-first run, with an empty cache of kernels, is made once for each kind of chain.
+Each figure is processor time of new processes, which other work on the machine hardly changes, and the median of five.
+Only the first run, with an empty cache of kernels, is made once for each kind of chain.
 """
 
 import os
@@ -46,12 +46,12 @@ def main() -> None:
         theirs = median(seconds("import numpy, scipy.sparse.linalg", folder) for _ in range(REPEATS))
         print(f"import numpy, scipy.sparse.linalg           {theirs:6.2f} s")
         own = median(seconds("import hertzlink", folder) for _ in range(REPEATS))
-        print(f"import hertzlink                            {own:6.2f} s, {own / theirs:.2f} times theirs")
+        print(f"import hertzlink                            {own:6.2f} s, {own / theirs:.2f} times that")
         for name, code in RUNS.items():
             with TemporaryDirectory() as empty:
                 first = seconds(code, empty)
                 again = median(seconds(code, empty) for _ in range(REPEATS))
-            print(f"{name:43} {first:6.2f} s at first, then {again:.2f} s, {again / theirs:.2f} times theirs")
+            print(f"{name:43} {first:6.2f} s at first, then {again:.2f} s, {again / theirs:.2f} times that")
 
 
 if __name__ == "__main__":

@@ -25,8 +25,8 @@ CLAMPED = hl.Supports(left="clamped", right="clamped")
 
 
 class Case(NamedTuple):
-    """truth and ranges: of the unknowns that are asked for, and of others; noise: how it is disturbed besides; exact:
-    makes the signal, where the echoes of a default mesh are off by more than the noise."""
+    """truth, ranges: of the unknowns in question, and of others. noise: a further disturbance. exact: the builder of
+    the signal, if the echoes of a default mesh are wrong by more than the noise."""
 
     build: Callable[..., hl.CoSimulation]
     truth: dict[str, float]
@@ -69,7 +69,7 @@ def small_plate(distance: float, impact_speed: float, frequency: float = 40e3) -
 
 
 def eight() -> Case:
-    """A chain with losses on a clamped plate; with calibrated sensors, else speed and moduli would hardly be told."""
+    """A chain with losses on a clamped plate; calibrated sensors tell speed and moduli apart."""
     modes = hl.ModalPlate(hl.kirchhoff_plate(0.3, 0.3, 2.4e-3, hl.ALUMINIUM_6061, CLAMPED), 1.2e-3)
 
     def build(**of: float) -> hl.CoSimulation:

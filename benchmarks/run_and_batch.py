@@ -1,9 +1,9 @@
-"""Time of coupled runs: what people type over the run that was tuned, reduction over full order, batches in threads.
+"""Time of coupled runs: a run as typed over a tuned one, reduction over full order, batches in threads.
 
     python benchmarks/run_and_batch.py [--quick]
 
-Times are processor times on one thread, the least of some rounds, but for batches in two threads. The first run of each
-kind, which compiles or loads the kernels, does not count. `--quick` extrapolates the run on the full plate.
+Times are processor times on one thread, the least of some rounds; batches run in two threads. The first run of
+each kind, which compiles or loads the kernels, does not count. `--quick` extrapolates the run on the full plate.
 """
 
 import os
@@ -31,7 +31,7 @@ def chain(impact_speed: float = 0.31) -> hl.Chain:
 
 
 def least(do: Callable[[], Any], clock: Callable[[], float] = process_time, rounds: int = ROUNDS) -> float:
-    """Seconds of a call, the least of some."""
+    """The least time of some calls, s."""
     do()
     times = []
     for _ in range(rounds):
@@ -42,7 +42,7 @@ def least(do: Callable[[], Any], clock: Callable[[], float] = process_time, roun
 
 
 def report_rods() -> None:
-    """Print what other ways to write a run cost, over the run on a rod that was reduced before."""
+    """Print the cost of other ways to write a run, over that of the run on a rod reduced before."""
     until = 1.2e-3
     rod = hl.rod(LAYERS)
     small = hl.reduce(rod, until)
@@ -64,7 +64,7 @@ def report_rods() -> None:
 
 
 def report_plate(quick: bool) -> None:
-    """Print a run on a plate of full order over one on the reduced plate, and what a new place costs."""
+    """Print a run on a plate of full order over one on the reduced plate, and the cost of a new place."""
     until, short = 1.5e-3, 40
     plate = hl.kirchhoff_plate(0.914, 0.914, 2.29e-3, hl.ALUMINIUM_6061, EDGES)
     full = plate.at(0.1, 0.457)

@@ -74,12 +74,12 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "nested_sections": False,
 }
-# sphinx-gallery's configuration holds what cannot be pickled, which is none of the reader's business.
+# sphinx-gallery's configuration holds objects that cannot be pickled; the warning is not for readers.
 suppress_warnings = ["config.cache"]
 
 
 def plain_bars(app: Any, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
-    """Docstrings write |x| for the absolute value, which reStructuredText takes for something to fill in."""
+    """Docstrings write |x| for the absolute value, which reStructuredText takes for a substitution."""
     lines[:] = [line if line.lstrip().startswith(">>>") else line.replace("|", r"\|") for line in lines]
 
 

@@ -1,4 +1,4 @@
-"""A thin plate and a strip of aluminium under stress: AR and TOF, and how well one trace gives the temperature."""
+"""A thin plate and a strip of aluminium under stress: AR and TOF, and how exactly one trace gives the temperature."""
 
 from typing import Any
 

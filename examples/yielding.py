@@ -1,6 +1,4 @@
-"""Hardened steel beads dent an aluminium wall: what returns, elastic and by two laws of yielding, and how deep the dent
-is.
-"""
+"""Hardened steel beads dent an aluminium wall: the reflected wave and the dent, elastic and by two laws of yielding."""
 
 import numpy as np
 

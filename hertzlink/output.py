@@ -137,7 +137,7 @@ def delivered(folder: Path, force: bool, text: str) -> Iterator[Path]:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file whole, or leave what was there."""
+    """Write a file completely, or leave the earlier one unchanged."""
     new = temporary_beside(path)
     try:
         new.write_bytes(content)

@@ -16,7 +16,7 @@ def case_of(text: str) -> Case:
 
 
 def ended(*words: str) -> int:
-    """Run it, and return the exit code. Its handler of signals and its form of warnings do not outlive it."""
+    """Run the command and return its exit code. Its handler of signals and its form of warnings end with it."""
     handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
     try:
         with warnings.catch_warnings(), pytest.raises(SystemExit) as end:

@@ -45,7 +45,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
 
 
 WHOLE = pytest.StashKey[list[pytest.Item]]()
-"""The tests of which all cases run, whatever `--every` leaves."""
+"""The tests whose cases all run, whatever `--every` keeps."""
 
 
 class NoFurtherLoop(event.Listener):  # type: ignore[misc]
@@ -95,8 +95,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
     """A test is thorough where a fixture that it uses takes long: its module names such fixtures in
-    THOROUGH_FIXTURES. Of the tests that are chosen, `--every` leaves a part, but all cases of those that a module names
-    in EVERY_CASE. These come first, and the others run with the loops that they compile."""
+    THOROUGH_FIXTURES. Of the chosen tests, `--every` keeps a part, but all cases of those that a module names in
+    EVERY_CASE. These come first, and the others run with the loops that they compile."""
     for one in items:
         slow = getattr(getattr(one, "module", None), "THOROUGH_FIXTURES", ())
         if set(slow) & set(getattr(one, "fixturenames", ())):
@@ -119,7 +119,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """Of what `--every` leaves, only tests of which all cases run compile loops."""
+    """Of the tests that `--every` keeps, only those whose cases all run compile loops."""
     if item.config.getoption("every") == 1 or item in item.config.stash[WHOLE]:
         return (yield)
     with event.install_listener("numba:compile", NoFurtherLoop()):

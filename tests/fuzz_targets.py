@@ -1,4 +1,4 @@
-"""Good calls of the public API but plots, as cheap as they come: tests/fuzz.py spoils their arguments."""
+"""Good calls of the public API except plots, as cheap as possible; tests/fuzz.py spoils their arguments."""
 
 from collections.abc import Callable, Mapping
 from functools import cache, wraps
@@ -459,7 +459,7 @@ def _at_distance(distance: Any) -> hl.CoSimulation:
 
 @wraps(hl.testing.assert_same_waves)
 def _same_waves(*given: Any, **named: Any) -> str:
-    """What differs is no fault."""
+    """A difference is not a fault."""
     try:
         hl.testing.assert_same_waves(*given, **named)
     except AssertionError as difference:

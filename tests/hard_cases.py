@@ -1,7 +1,7 @@
-"""Cases on which partitioned couplings come to grief: very light, soft and stiff structures, and gaps that chatter.
+"""Cases in which partitioned couplings fail: very light, soft and stiff structures, and gaps that chatter.
 
-Chains are of 14 beads of 9.52 mm, so that bead 7, the sensor, is more than five from both ends. `REFERENCE` holds what
-the monolithic reference says of them, to the digits that it settles to (see test_monolithic.py).
+Chains are of 14 beads of 9.52 mm, so that bead 7, the sensor, is more than five from both ends. `REFERENCE` holds their
+ratios by the monolithic reference, to the digits to which it settles (see test_monolithic.py).
 """
 
 from collections.abc import Callable

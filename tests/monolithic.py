@@ -182,7 +182,7 @@ class System:
 
     @cached_property
     def damps(self) -> bool:
-        """Whether anything does."""
+        """Whether anything damps."""
         return bool(self.damping.any() or self.viscosity.any())
 
     def rate(self, shut: Numbers, _time: float, state: Numbers) -> Numbers:
@@ -254,7 +254,7 @@ class System:
         return moving + contacts - q @ (self.load + self.static_force @ self.approach) + states[:, -1]
 
     def datasets(self, times: Numbers, states: Numbers) -> list[xr.Dataset]:
-        """For each chain what hertzlink's own results hold, as far as measures want it."""
+        """A Dataset for each chain, with the variables of hertzlink's results that measures need."""
         size = self.speed.size
         q, v = states[:size].T, states[size:-1].T
         force, energy = self.force(states.T), self.total_energy(states.T)

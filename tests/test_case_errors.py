@@ -210,7 +210,7 @@ WRONG_QUESTIONS = [
 def complaint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
-    """A command that fails, in an empty folder: what it says. It says nothing else, and writes nothing."""
+    """The message of a command that fails in an empty folder. It prints nothing else, and writes nothing."""
     monkeypatch.chdir(tmp_path)
 
     def said(*arguments: str) -> str:

@@ -24,7 +24,7 @@ from structures.kernels.compiling import FOLDER
 
 
 class Done(NamedTuple):
-    """What a command leaves in a terminal."""
+    """The outcome of a command."""
 
     returncode: int
     stdout: str
@@ -130,7 +130,7 @@ def test_a_picture_of_a_signal_replaces_only_one_of_hertzlinks(
         assert hertzlink("signal", "tap.csv", "--time-unit", "s", "--unit", unit, cwd=tmp_path).returncode == 0
     picture = (tmp_path / "tap-signal.png").read_bytes()
 
-    # A full disk leaves the earlier picture, and is said of it.
+    # On a full disk the earlier picture stays, and the message names it.
     def full(self: Path, content: bytes) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -267,7 +267,7 @@ main()
 @pytest.mark.thorough
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) -> None:
-    """Stopped in the midst of its runs."""
+    """Stopped in the middle of its runs."""
     command = [sys.executable, "-c", REPORTING, "study", "rod-stiffness", "--jobs", "1"]
     pipe = subprocess.PIPE
     running = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, start_new_session=True)

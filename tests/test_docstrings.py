@@ -22,7 +22,7 @@ def public() -> dict[str, Any]:
             found |= {f"{name}.{inner}": getattr(value, inner) for inner in namespaces()[name]}
         else:
             found[name] = value
-    # A quantity is an annotation, and no class.
+    # A quantity is an annotation, not a class.
     return {name: value for name, value in found.items() if callable(value) and get_origin(value) is None}
 
 

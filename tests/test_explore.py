@@ -72,7 +72,7 @@ SWEEP = """
 
 
 def explorer_of(folder: Path, structure: str, more: str = "") -> Explorer:
-    """What answers for a case."""
+    """The explorer of a case."""
     file = folder / "case.toml"
     file.write_text(CASE.replace("STRUCTURE", structure) + more)
     task = task_of(read(file, ())[0])

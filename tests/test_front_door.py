@@ -23,11 +23,11 @@ HEAVY = [
     "distributed", "h5py", "joblib", "matplotlib", "meshio", "pyvista", "scipy.integrate", "scipy.interpolate",
     "scipy.optimize", "scipy.signal", "scipy.spatial", "scipy.stats", "tqdm",
 ]  # fmt: skip
-"""What takes long to import and serves only some users; pandas is missing because xarray imports it."""
+"""Modules that take long to import and serve only some users; pandas is missing because xarray imports it."""
 
 
 def loaded_by(code: str, names: list[str], cwd: Path) -> list[str]:
-    """Those of the modules that a new process has imported once the code has run."""
+    """The modules of this list that a new process has imported once the code has run."""
     done = python(f"import sys\n{code}\nprint([name for name in {names} if name in sys.modules])", cwd, "-W", "ignore")
     assert done.returncode == 0, done.stderr
     return list(ast.literal_eval(done.stdout.splitlines()[-1]))
@@ -104,7 +104,7 @@ def test_a_name_that_never_was_gets_the_nearest_one(name: str, hint: str) -> Non
 
 
 def test_python_adds_no_other_name(tmp_path: Path) -> None:
-    """Python suggests a name of the module itself, as `plates` for `Plates`, beside ours."""
+    """Otherwise Python would suggest a name of the module itself, such as `plates` for `Plates`."""
     done = python("import hertzlink as hl; hl.Plates", tmp_path)
     assert done.stderr.count("id you mean") == 1, done.stderr
 

@@ -73,7 +73,7 @@ def test_every_public_name_is_a_target() -> None:
 
 
 def test_a_raw_error_is_a_fault() -> None:
-    """What the checks below rest upon: Python's own errors, silent NaN and other exceptions are found."""
+    """The basis of the checks below: Python's own errors, silent NaN and other exceptions are found."""
     wrong = {
         "raw TypeError": lambda size: 1.0 + size,
         "raw ValueError": lambda size: float(size),

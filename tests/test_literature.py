@@ -1,4 +1,4 @@
-"""Numbers of other authors and programs: the table of docs/literature.md says what they print and what we compute."""
+"""Numbers of other authors and programs: the table of docs/literature.md has their numbers and hertzlink's."""
 
 import re
 import warnings
@@ -22,7 +22,7 @@ PAGE = (Path(__file__).parent.parent / "docs" / "literature.md").read_text(encod
 LINES = [line.strip("|").split("|") for line in PAGE.splitlines() if line.startswith("| ") and line.count("|") == 6]
 TABLE = [[cell.strip() for cell in cells] for cells in LINES[1:]]
 ROWS = {row[1]: row[2:] for row in TABLE}
-"""Printed, ours and verdict, by the name of the number."""
+"""The printed number, hertzlink's number and the verdict, by name."""
 
 FIRST, LAST = 30, 50  # Beads between which MOOSE reads its settled wave.
 KUWABARA_KONO = 5e-5  # Of MOOSE's viscoelastic spheres, s.
@@ -32,7 +32,7 @@ SPREAD = 0.001  # Of mass ratios of dimers, through which a parabola goes.
 
 @cache
 def ours() -> dict[str, float | tuple[float, float]]:
-    """Our value of each number, and what it is under a condition: a value, or a range, by the name and " if"."""
+    """hertzlink's value of each number, and that under a condition: a value, or a range, by the name and " if"."""
     return {**moose_chain(), **collisions(), **overlaps(), **dimers(), **plates()}
 
 
@@ -160,7 +160,7 @@ def dimers() -> dict[str, float]:
 
 
 def attenuation(ratio: float) -> float:
-    """Which part of its speed the wave loses between two heavy beads; light ones are of equal stiffness."""
+    """The part of its speed that the wave loses between two heavy beads; light ones are of equal stiffness."""
     heavy, light = (hl.Sphere(5e-3, hl.Material(200e9, 0.3, 8000.0 * part)) for part in (1.0, ratio))
     chain = hl.Chain([light, heavy] * 70, heavy, 1.0, law=hl.contact_law(heavy, heavy))
     run = hl.CoSimulation(chain, None, dt=5e-8).run(2.4e-3, save_every=1e-7)
@@ -222,7 +222,7 @@ def test_each_number_of_the_page_is_computed() -> None:
 
 @pytest.mark.parametrize("name", ROWS)
 def test_a_row_of_the_page(name: str) -> None:
-    """Ours has the digits that the page shows, and the verdict follows from them."""
+    """hertzlink's number has the digits that the page shows, and the verdict follows from them."""
     said, shown, verdict = ROWS[name]
     expected = printed(said)
     if not shown:

@@ -58,7 +58,7 @@ def test_nothing_else_lies_at_the_top() -> None:
     """Caches and results of trials have been committed before."""
     listed = subprocess.run(["git", "ls-files"], cwd=HOME, capture_output=True, text=True, check=False)
     if listed.returncode:
-        pytest.skip("this is no clone")
+        pytest.skip("this is not a clone")
     top = {name.partition("/")[0] for name in listed.stdout.splitlines()}
     files = {"pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", "CITATION.cff", ".gitignore"}
     assert top <= {*ROOMS, *files, "tests", "benchmarks", "docs", "examples", ".ci", ".github"}

@@ -34,7 +34,7 @@ layers = [{ material = "acrylic", length = "30 mm", radius = "9.525 mm" }]
 """
 
 PATIENCE = 60.0
-"""s, after which a test fails whose other end does not answer."""
+"""s, after which a test fails if its other end does not answer."""
 
 
 class Coupling:

@@ -1,4 +1,4 @@
-"""hl.testing: what differs is found and reported, what does not is not."""
+"""hl.testing: differences are found and reported, and only differences."""
 
 import json
 import re

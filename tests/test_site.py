@@ -1,4 +1,4 @@
-"""The documentation site: the lines of its pages run, and what they name is there. CI builds it."""
+"""The documentation site: the lines of its pages run, and the files that they name exist. CI builds it."""
 
 import re
 import tomllib
@@ -23,7 +23,7 @@ def numbers(text: str) -> list[float]:
 
 
 def shown(name: str) -> list[str]:
-    """What a page says that its lines print."""
+    """The output that a page shows for its lines."""
     return re.findall(r"^```text\n(.*?)^```", (DOCS / name).read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
@@ -66,7 +66,7 @@ def test_the_whole_tutorial(
     ("name", "which"), [("theory.md", slice(None)), ("coupling.md", slice(3)), ("python.md", slice(2, None))]
 )
 def test_the_lines_of_a_page_run(name: str, which: slice, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first blocks of python.md are run by test_examples.py; later ones of coupling.md are no scripts."""
+    """The first blocks of python.md are run by test_examples.py; later ones of coupling.md are not scripts."""
     lines = blocks(name)[which]
     assert len(lines) >= 3
     run_all(lines, tmp_path, monkeypatch)

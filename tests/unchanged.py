@@ -252,7 +252,7 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
 
 
 def numbers(case: hl.CoSimulation) -> dict[str, list[float]]:
-    """What a run gave: forces by their largest value, sum and sum of squares; energies; AR and TOF."""
+    """The numbers of a run: forces by their largest value, sum and sum of squares; energies; AR and TOF."""
     run = case.run(until=UNTIL)
     found = {name: _moments(run[name].values) for name in sorted(run.data_vars) if run[name].dtype.kind == "f"}
     sensor = 4

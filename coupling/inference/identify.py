@@ -247,8 +247,8 @@ def _unknowns(
 def _notes(
     search: Search, best: Fit, modes: Sequence[Fit], unknowns: Mapping[str, Unknown], size: float, explained: bool
 ) -> list[str]:
-    """Return the notes for the user: those of the runs, and those of the fit, of which it warns. size: of the residual,
-    in units of the noise."""
+    """Return the notes for the user: those of the runs, and those of the fit, which are also warnings. size: of the
+    residual, in units of the noise."""
     misfit, prediction, notes = search.misfit, search.misfit.prediction, list[str]()
     if not explained:
         words = "the model lacks something, and values may be wrong by more than their intervals; correct the model"

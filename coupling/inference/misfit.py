@@ -75,7 +75,7 @@ class Misfit:
         """Choose the samples that count: those that are not NaN and, if `time_zero` is given, s, in the prediction."""
         self.measured, self.used = measured, list[NDArray[np.bool_]]()
         self._bases, self._forces, moments = list[Vector](), list[Vector](), measured.time - (time_zero or 0.0)
-        self._grid = np.arange(0.0, self.until, measured.step)  # of what is sought in the signal by cross-correlation
+        self._grid = np.arange(0.0, self.until, measured.step)  # times of the trace for cross-correlation
         self._length = next_fast_len(measured.time.size + self._grid.size - 1, real=True)
         self._spectra = list[NDArray[np.complex128]]()
         for row, sensor in enumerate(measured.sensors):

@@ -1,7 +1,7 @@
 """The gallery of the site: copies of examples/*.py with a title, what they print, and a picture.
 
 Examples that take long are not run when the site is built. What they print and draw is stored below `stored`;
-`python docs/site/gallery_pages.py NAME ...` runs them and stores it anew.
+`python docs/site/gallery_pages.py NAME ...` runs them and stores it again.
 """
 
 import ast
@@ -115,7 +115,7 @@ def write(examples: Path, folder: Path) -> None:
 
 
 def page(path: Path) -> str:
-    """An example with its title and what it says of itself, before its code."""
+    """An example: its title and its docstring, before its code."""
     text = path.read_text(encoding="utf-8")
     said = ast.get_docstring(ast.parse(text)) or ""
     # The gallery runs code that has no __file__, in the folder of the example.

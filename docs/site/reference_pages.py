@@ -27,7 +27,7 @@ RETURNED = ("coupling.results", "coupling.inference", "particles.laws", "plates.
 
 
 def write(folder: Path) -> None:
-    """All pages, anew."""
+    """Write all pages again."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     lines = ["Reference", "=========", "", "What ``import hertzlink as hl`` offers. Numbers are SI throughout.", ""]

@@ -32,7 +32,7 @@ HEADS |= {AR: "AR", TOF: "TOF, µs", AR_2ND: "AR, 2nd", TOF_2ND: "TOF, µs"}
 
 @dataclass(frozen=True)
 class Table:
-    """A table: the file with its numbers in SI units, and what is shown of it, if anything, in the user's units."""
+    """A table: a file with numbers in SI units, and the part that is shown, if any, in the user's units."""
 
     file: str
     data: pd.DataFrame
@@ -74,7 +74,7 @@ class Answer:
     below: list[str] = field(default_factory=list)  # lines below the first table
     title: str = ""
     yielded: xr.Dataset | None = None  # the result with a law of yielding
-    sketched: CoSimulation | None = None  # where the result does not hold what is sketched
+    sketched: CoSimulation | None = None  # if the result does not hold the set-up to sketch
     others: dict[str, str] = field(default_factory=dict)  # files that are not tables
     code: int = 0
 

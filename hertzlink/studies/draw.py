@@ -81,7 +81,7 @@ def compared(
     curves: Iterable[Line], labels: tuple[str, str] = SPEED_OVER_FORCE, log: bool = False,
     theory: str = "theory of long waves", simulation: str = "simulation",
 ) -> Figure:  # fmt: skip
-    """Return a figure of markers for what was simulated and lines for the theory, a power law between its points."""
+    """Return a figure with markers for simulations and lines for the theory, a power law between its points."""
     figure, (axis,) = panels(height=3.8, xlabel=labels[0], ylabel=labels[1])
     for i, (label, x, simulated, expected) in enumerate(curves):
         fine = np.geomspace(x[0], x[-1], 200)

@@ -122,7 +122,7 @@ class Curve(NamedTuple):
 def striker_speeds(bead: hl.Bead, law: hl.laws.ContactLaw, forces: Vector) -> list[float]:
     """Return the speeds, m/s, of strikers like the beads for peak forces, N, by a power law: equations 6.12, 6.16.
 
-    These are for long waves: in a Hertzian chain the force is 0.886 of theirs.
+    The equations are for long waves: in a Hertzian chain the force is 0.886 times as large.
     """
     stiffness, n = power_fit(law, *law.approach(forces[[0, -1]]).tolist())
     moved = np.sqrt(2.0 * forces * (forces / stiffness) ** (1.0 / n) / ((n + 1.0) * bead.mass))

@@ -17,7 +17,7 @@ FLAT = hl.Surface(hl.STEEL_440C)
 
 
 class Sound:
-    """A mass on a damped spring by the implicit midpoint: what the broken ones do but for their fault."""
+    """A mass on a damped spring by the implicit midpoint: broken participants differ from it in their fault alone."""
 
     surface: Any = FLAT
     mass, stiffness, damping = 0.01, 2e7, 40.0
@@ -33,7 +33,7 @@ class Sound:
 
 
 class ChangesTheOldState(Sound):
-    """In place: the array that it was given is the one that it returns."""
+    """It changes the given array in place and returns it."""
 
     def start(self) -> Any:
         return np.zeros(2)
@@ -44,7 +44,7 @@ class ChangesTheOldState(Sound):
 
 
 class KeepsAState(Sound):
-    """A solver with a checkpoint of its own, of the last window alone; its state is but a window's number."""
+    """A solver that keeps a checkpoint of the last window only; its state is just the number of a window."""
 
     def start(self) -> Any:
         self.checkpoint, self.current = (0, (0.0, 0.0)), (0, (0.0, 0.0))
@@ -60,7 +60,7 @@ class KeepsAState(Sound):
 
 
 class DiffersByInstance(Sound):
-    """A constant drawn anew for each."""
+    """Each instance draws a constant of its own."""
 
     drawn = count(1)
 
@@ -69,13 +69,13 @@ class DiffersByInstance(Sound):
 
 
 class FeedsEnergy(Sound):
-    """A dashpot of the wrong sign, so weak that 10 ms make a tenth more of a motion."""
+    """A dashpot of the wrong sign, so weak that a motion grows by a tenth in 10 ms."""
 
     damping = -0.2
 
 
 class LiesElsewhere(Sound):
-    """Displacements that count from elsewhere than equilibrium."""
+    """Displacements measured from a place other than equilibrium."""
 
     def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
         end, answer = super().advance(state, force, window)
@@ -94,7 +94,7 @@ class FirstOrder(Sound):
 
 
 class EndsInNoNumber(Sound):
-    """After 40 windows."""
+    """It returns NaN after 40 windows."""
 
     def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
         end, answer = super().advance(state[:2], force, window)
@@ -103,7 +103,7 @@ class EndsInNoNumber(Sound):
 
 
 class HoldsAFunction(Sound):
-    """A state that cannot be written."""
+    """A state that cannot be pickled."""
 
     def start(self) -> Any:
         return lambda: (0.0, 0.0)
@@ -114,7 +114,7 @@ class HoldsAFunction(Sound):
 
 
 class TwoPoints(Sound):
-    """Two of them side by side."""
+    """Two sound participants side by side."""
 
     surface = (FLAT, FLAT)
 
@@ -180,7 +180,7 @@ def test_another_unit_or_quantity_is_caught(wrong: type) -> None:
 
 @pytest.mark.parametrize("wrong", [ReturnsAVelocity, TakesAnImpulse])
 def test_what_moves_more_easily_than_a_foil_is_caught(wrong: type) -> None:
-    """Without any number of the user's."""
+    """The user gives neither mass nor stiffness."""
     with pytest.raises(AssertionError, match=r"more easily than a foil; check the units"):
         checks.check_units(wrong())
 
@@ -207,7 +207,7 @@ def test_inertia_and_compliance_are_those_of_the_mass_and_the_spring() -> None:
 
 
 class FailsUnderStrongForces(Sound):
-    """Answers without a number above 200 N, which the forces of light beads never reach."""
+    """It returns NaN above 200 N, which the forces of light beads never reach."""
 
     def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
         end, answer = super().advance(state, force, window)

@@ -1,4 +1,4 @@
-"""hertzlink's own participants keep what every participant owes."""
+"""hertzlink's own participants obey the rules for all participants."""
 
 from collections.abc import Callable
 from functools import partial
@@ -113,8 +113,8 @@ OF_STRUCTURES = {
 
 
 def _splits_as_a_chain(make: Make) -> None:
-    """Steps shorter than windows differ by as much as fills a window with whole ones. Dashpots set in at once where
-    beads meet, which steps see to first order."""
+    """Whole steps fill a window, so their length differs between a window and its halves. Dashpots begin to act as
+    beads meet, which steps resolve to first order."""
     lossy = make().chain.chain.dissipation is not None
     checks.check_splits(make(), checks.WINDOW, rounding=2e-3 if lossy else 1e-5)
 

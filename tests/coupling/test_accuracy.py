@@ -1,4 +1,4 @@
-"""What the names of accuracies promise, compared with much finer runs."""
+"""The errors of each accuracy, compared with much finer runs."""
 
 import pytest
 
@@ -22,7 +22,7 @@ PROMISED = {"screening": (1e-4, 6e-4, 1e-4), "default": (2e-5, 1e-4, 1e-6), "ref
 
 
 def ratios(name: str, accuracy: str, **keywords: float) -> tuple[float, float, float]:
-    """AR of both waves, and the energy that was made."""
+    """AR of both waves, and the energy that was created."""
     chain = hl.Chain([BEAD] * 20, BEAD, impact_speed=0.31)
     run = hl.CoSimulation(chain, STRUCTURES[name], accuracy=accuracy, **keywords).run(UNTIL)  # type: ignore[arg-type]
     waves = hl.reflections(run, sensor=10)
@@ -55,7 +55,7 @@ def test_errors_are_those_that_are_promised(
 
 
 def test_what_is_given_is_kept() -> None:
-    """A window and a dt of one's own hold in any accuracy, and the plan is part of a run's input."""
+    """A given window and dt hold in any accuracy, and the plan is part of a run's input."""
     chain = hl.Chain([BEAD] * 5, BEAD, 0.31)
     plans = [hl.CoSimulation(chain, None, accuracy=name).plan(2e-4) for name in PROMISED]
     assert plans[0].length > 2.0 * plans[1].length > 4.0 * plans[2].length

@@ -94,7 +94,7 @@ def improbable(radius: float) -> hl.CoSimulation:
 
 
 def test_findings_on_the_input_of_runs_are_said_once() -> None:
-    """Those of the runs at the ends of the parameters, which choose the interval, too; and those of others alone."""
+    """Findings of the runs at the ends of the parameters, which also choose the interval, and of other runs."""
     with collected() as said:
         runs = hl.batch(improbable, until=2e-6, sensors=[7], radius=[1.0, 0.7, 0.5])
     (striker,) = [line for line in said if line.startswith("Sphere")]
@@ -120,7 +120,7 @@ def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_measure_is_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Measured two at a time, as all at once."""
+    """Runs that are measured two at a time give the same as all at once."""
     speeds = [0.3, 0.33, 0.36, 0.4, 0.44]
     whole = hl.batch(tap, until=4e-4, save_every=1e-6, sensors=[7], speed=speeds)
     monkeypatch.setattr("coupling.sweeps.batch.LARGEST_MEASURED", 401 * 4 * 2.5)

@@ -210,7 +210,7 @@ def of_speed_and_material(speed: float, material: hl.Material) -> hl.DeformableC
 
 @pytest.mark.thorough
 def test_points_of_a_sweep_have_the_first_ones_input() -> None:
-    """So of these only the bodies' places, the modes and the energy are compared."""
+    """So only the bodies' places, the modes and the energy of such points are compared."""
 
     def build(speed: float, material: hl.Material) -> hl.CoSimulation:
         return hl.CoSimulation(of_speed_and_material(speed, material), None)

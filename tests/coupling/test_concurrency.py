@@ -1,4 +1,4 @@
-"""Threads that run one simulation, and processes that take a simulation along, give the same bits."""
+"""Threads that run one simulation, and processes that receive a simulation, give the same bits."""
 
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor

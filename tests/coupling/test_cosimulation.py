@@ -40,7 +40,7 @@ def test_energy_is_conserved_at_the_default_step(name: str, reduced: bool) -> No
 
 @pytest.mark.parametrize("reduced", [False, True], ids=["full", "reduced"])
 def test_momentum_passes_into_a_free_rod(reduced: bool) -> None:
-    """What the beads lose the rod has, to 1e-9 of the striker's momentum, at every window."""
+    """The rod has the momentum that the beads have lost, to 1e-9 of the striker's, after every window."""
     rod = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01), hl.Layer(hl.STEEL_440C, 0.02, 0.01)], base="free", elements=8)
     everywhere = np.ones(rod.size)
     if reduced:
@@ -76,7 +76,7 @@ def test_compiled_loop_equals_the_loop_in_python(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     other = simulation.run(until=6e-4)
     check_same(compiled, other, 1e-9)
-    # The forces of a window are foreseen alike, too.
+    # Both predict the forces of a window in the same way.
     assert compiled.evaluations.sum().item() == pytest.approx(other.evaluations.sum().item(), rel=0.02)
 
 
@@ -310,7 +310,7 @@ print(caught > 0, simulation.run(5e-4).identical(whole))
 
 @pytest.mark.thorough
 def test_a_signal_during_compiled_code_is_an_exception(tmp_path: Path) -> None:
-    """Not the end of the process, as where Numba makes a named tuple while a signal waits; the next run is right."""
+    """It does not end the process, even if it waits while Numba makes a named tuple; the next run is right."""
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True
     )
@@ -319,7 +319,7 @@ def test_a_signal_during_compiled_code_is_an_exception(tmp_path: Path) -> None:
 
 
 def test_results_of_equal_shape_share_no_numbers() -> None:
-    """What a user changes in one result appears in no other; centres and preload are those of the own chain."""
+    """A change of one result appears in no other; each has the centres and the preload of its own chain."""
     small, large = hl.Sphere(3e-3, hl.STEEL_440C), hl.Sphere(5e-3, hl.STEEL_440C)
     first, second = (
         hl.CoSimulation(hl.Chain([*beads], small, 0.2, gravity=9.81), hl.half_space(hl.PTFE))

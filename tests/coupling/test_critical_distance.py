@@ -209,7 +209,7 @@ def test_several_tolerances_share_samples_and_their_order() -> None:
 
 
 def late(distance: float) -> float:
-    """The wave of `falling` less its far value, which is 0; missed beyond 32 mm."""
+    """The wave of `falling` minus its far value, so that the far value is 0; no wave beyond 32 mm."""
     return falling(distance) - 0.5 if distance < 0.032 else NAN
 
 
@@ -293,7 +293,7 @@ def test_findings_of_runs_are_gathered() -> None:
 
 
 def test_bisection_where_the_spline_misleads() -> None:
-    """A step has no smooth crossing: the bracket still closes, in as many runs as bisection takes, and some."""
+    """A step has no smooth crossing: the bracket still closes, in as many runs as bisection takes, and a few more."""
     seen: list[float] = []
     found = find(partial(sampled, lambda d: 0.9 if d < 0.0371234 else 0.5, seen))
     low, high = found.bracket.values

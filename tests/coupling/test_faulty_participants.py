@@ -1,4 +1,4 @@
-"""Participants that fail in the middle of a sweep with a store: their points alone are lost, and only for now."""
+"""Participants that fail in the middle of a sweep with a store: only their points are lost, until the next sweep."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What runs find of themselves: one line each, those of many runs together."""
+"""The findings of runs: one line each, and those of many runs together."""
 
 import warnings
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_numbers_make_no_new_kind() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("how", ["here", "processes", "store", "resumed"])
 def test_a_sweep_reports_the_warnings_of_all_its_runs_once(how: str, tmp_path: Path) -> None:
-    """Wherever its points run: the law is exceeded at two of four, the measure cautions of all."""
+    """Wherever points run: two of four exceed the law, and the measure warns at all four."""
     given = {"jobs": 1 if how == "here" else 2, "store": tmp_path / "store" if how in ("store", "resumed") else None}
     speeds = np.array([1e-3, 0.3, 0.4, 2e-3])
     with warnings.catch_warnings():

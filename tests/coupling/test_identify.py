@@ -201,7 +201,7 @@ def test_a_sensor_whose_wires_are_turned_is_fitted() -> None:
 
 
 def test_a_short_lead_gives_the_zero_of_the_force_with_an_error() -> None:
-    """The median of 200 samples errs by 0.09 times the noise, which 2 000 samples show; it is no error of the model."""
+    """The median of 200 samples errs by 0.09 times the noise, which 2 000 samples show; the model has no error."""
     run = wall(3e9).run(UNTIL, save_every=2.5e-7)
     time, curve = np.arange(0.0, LEAD / 2.0 + UNTIL, STEP / 4.0), CubicSpline(run.time.values, hl.sensor_force(run, 5))
     clean = np.where(time >= LEAD / 2.0, curve(np.clip(time - LEAD / 2.0, 0.0, UNTIL)), 0.0)

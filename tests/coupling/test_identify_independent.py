@@ -1,7 +1,7 @@
 """Identification from traces that share no code with hertzlink: an exact edge, an exact rod, noise, unknown gains.
 
-Between the generator's clean traces and the runs of identification are at most 2e-4 of the peak, far below the noise of
-1 %. So the intervals must contain the truth as often as they say.
+The generator's clean traces and the runs of identification differ by at most 2e-4 of the peak, far below the noise of 1
+%. So the intervals must contain the truth as often as they say.
 """
 
 from dataclasses import replace
@@ -64,7 +64,7 @@ def test_a_plate_is_found_from_near_values() -> None:
 
 @pytest.mark.thorough
 def test_a_plate_is_found_from_the_whole_ranges() -> None:
-    """A thick one far from its edge, which is not found without the scans along each range.
+    """A thick plate far from its edge, which is not found without the scans along each range.
 
     Of two intervals one may miss by chance; with this seed none does.
     """

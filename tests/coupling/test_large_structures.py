@@ -51,7 +51,7 @@ def test_a_run_that_is_not_longer_takes_the_same_reduction(monkeypatch: pytest.M
 
 
 def test_structures_are_reduced_wherever_they_stand() -> None:
-    """One for both ends of a chain, also as a contact point; in a batch too. What is small stays."""
+    """One for both ends of a chain, also as a contact point; in a batch too. Small structures stay."""
     pair = hl.kirchhoff_plate(0.1, 0.1, 2.29e-3, hl.ALUMINIUM_6061, EDGES, cells=(14, 14)).at(
         [0.04, 0.06], [0.05, 0.05]
     )

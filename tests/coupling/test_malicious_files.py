@@ -26,7 +26,7 @@ class Evil:
 
 @pytest.fixture
 def marker(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What exists once code from a file has run."""
+    """A file that exists once code from another file has run."""
     return tmp_path_factory.mktemp("elsewhere") / "marker"
 
 
@@ -88,7 +88,7 @@ def test_a_result_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, me
 
 
 def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
-    """A pickle, an array of objects and code instead of numbers are no lines of numbers."""
+    """A pickle, an array of objects and code instead of numbers are not lines of numbers."""
     path = tmp_path / "scope.csv"
     np.save(tmp_path / "objects.npy", np.array([Evil(marker)], dtype=object), allow_pickle=True)
     contents = [pickle.dumps(Evil(marker)), (tmp_path / "objects.npy").read_bytes()]
@@ -101,7 +101,7 @@ def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
 
 
 def test_deep_input_and_what_is_not_there(tmp_path: Any) -> None:
-    """A result whose input is no input of ours is reported without it; measures name the variable that they lack."""
+    """A result with an input of unknown form is reported without it; measures name the variable that they lack."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), hl.half_space(hl.STEEL_440C)).run(5e-4)
     deep = run.assign_attrs(input="[" * 100_000 + "]" * 100_000)

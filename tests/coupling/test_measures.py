@@ -82,7 +82,7 @@ def test_no_wave_is_its_own_reflection() -> None:
 
 
 def test_a_weak_wave_in_the_wake_of_the_primary_one_counts() -> None:
-    """Under gravity a hard wall sends a second wave of 2 %, which is sooner back than one of its strength alone."""
+    """Under gravity a hard wall sends a second wave of 2 %, which is back sooner than a single wave of its strength."""
     chain = hl.Chain([BEAD] * 20, BEAD, hl.drop_speed(0.01), gravity=9.81)
     run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(0.8e-3)
     assert hl.amplitude_ratio(run, 7, "secondary") == pytest.approx(0.021, abs=1e-3)
@@ -111,7 +111,7 @@ def test_a_silent_run_has_no_waves() -> None:
 
 
 def test_amplitudes_are_dynamic() -> None:
-    """The preload of a vertical chain of heavy beads is taken off."""
+    """The preload of a vertical chain of heavy beads is subtracted."""
     chain = hl.Chain([BEAD] * 10, BEAD, 0.3, gravity=300.0)
     run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1e-4)
     force = hl.sensor_force(run, 5)
@@ -120,7 +120,7 @@ def test_amplitudes_are_dynamic() -> None:
 
 
 def test_contact_time_of_a_known_pulse() -> None:
-    """A triangle of 100 µs on top of a preload: from 1 % to 1 % of its height 99 µs."""
+    """A triangle of 100 µs on top of a preload: it exceeds 1 % of its height for 99 µs."""
     time = np.arange(0.0, 3e-4, 7e-7)
     force = 2.0 + 30.0 * np.clip(1.0 - abs(time - 1.5e-4) / 5e-5, 0.0, None)
     run = xr.Dataset(
@@ -149,7 +149,7 @@ def test_measures_over_a_sweep() -> None:
 
 @pytest.mark.parametrize("preload", [3.0, 10.0])
 def test_the_tail_of_an_incident_wave_is_no_wave_that_came_back(preload: float) -> None:
-    """The contacts of a run show where waves go; of a signal the trough before the tail does."""
+    """The contacts of a run show where waves go; in a signal, the trough before the tail shows it."""
     plate = hl.half_plane(4e-3, hl.ALUMINIUM_6061, "free", 2.0, until=9e-4)  # whose edge is too far away to answer
     run = hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31, preload=preload), plate).run(9e-4)
     primary = hl.reflections(run, 10).primary

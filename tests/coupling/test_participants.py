@@ -1,4 +1,4 @@
-"""Black boxes that fail, lie or cannot repeat are named in the error, whatever the scheme; sound ones take part."""
+"""Black boxes that fail, give wrong answers or cannot repeat are named in the error, in any scheme; sound ones run."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ def simulate(participant: Any, scheme: Any = None, until: float = UNTIL) -> xr.D
 
 
 def answering(answer: Any, kind: type = Sound) -> Any:
-    """A participant whose displacement, or whole answer, is made otherwise from the sound one."""
+    """A participant that changes the displacement, or the whole answer, of the sound one."""
 
     class Liar(kind):  # type: ignore[misc, valid-type]
         def advance(self, state: Any, force: Any, window: float) -> Any:
@@ -143,7 +143,7 @@ def test_a_source_of_energy_is_found_out_unless_it_says_so(scheme: str) -> None:
         simulate(FeedsEnergy(), chosen, 1e-3)
     honest = FeedsEnergy()
     honest.passive = False  # type: ignore[attr-defined]
-    # What an exchange makes of such a motion would stop an explicit scheme that looks at it.
+    # The energy that an exchange creates in such a motion would stop an explicit scheme that checks it.
     run = simulate(honest, hl.Explicit(tolerance=None) if isinstance(chosen, hl.Explicit) else chosen, 1e-3)
     assert float(run.structure_work.min()) < -0.01 * float(run.impact_energy)
 
@@ -162,7 +162,7 @@ def test_a_motor_may_move_towards_the_chain() -> None:
 
 
 def hidden_states() -> dict[str, Any]:
-    """Participants that do not come to the same from the same state."""
+    """Participants whose answers from one state differ."""
 
     class KeepsItself(Sound):
         def start(self) -> Any:
@@ -199,7 +199,7 @@ def test_what_cannot_repeat_is_told_before_the_run(name: str) -> None:
 @pytest.mark.parametrize("scheme", ["Aitken", "IQN-ILS"])
 @pytest.mark.parametrize("kind", [Sound, SoundPair])
 def test_what_cannot_repeat_under_load_is_told_where_the_scheme_gives_up(kind: type, scheme: str) -> None:
-    """The try before the run is of a hundredth of the greatest force."""
+    """The trial before the run has a hundredth of the greatest force."""
 
     class Slips(kind):  # type: ignore[misc, valid-type]
         numbers = np.random.default_rng(1)
@@ -215,7 +215,7 @@ def test_what_cannot_repeat_under_load_is_told_where_the_scheme_gives_up(kind: t
 
 
 def test_what_cannot_repeat_takes_part_unvetted() -> None:
-    """Each window is asked for once, in order, and comes to what the sound one does."""
+    """Each window is requested once, in order, and gives the result of the sound participant."""
 
     class Once(Sound):
         def start(self) -> Any:

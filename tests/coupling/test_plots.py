@@ -268,7 +268,7 @@ def test_setup_of_each_structure_says_what_it_is(name: str) -> None:
     chain = hl.Chain([BEAD, *shapes], BEAD, 0.3)
     shown = words(hl.plots.setup(hl.CoSimulation(chain, build())))
     assert said in shown
-    # A class of one's own has the name of its class.
+    # A user's bead has the name of its class.
     assert "1 × long ball, 10 mm, PTFE" in shown
     assert "1 × hollow sphere, 10 mm, wall 1 mm, PTFE" in shown
     assert "1 × cylinder, 4 mm × 8 mm, PTFE" in shown

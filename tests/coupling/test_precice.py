@@ -1,8 +1,8 @@
 """The chain in preCICE, against a double of its Python bindings: the order of calls, numbers, bad input.
 
-The double has what a live preCICE 3.4.1 was seen to do: it divides as Aitken's formula does, counts as zero what is
-below 1e-14, accepts a window after max-iterations without a word, and leaves the other participant waiting where this
-one does not end the coupling.
+The double does what a live preCICE 3.4.1 was seen to do: it divides as Aitken's formula does, counts data below 1e-14
+as zero, accepts a window after max-iterations without a message, and leaves the other participant waiting if this one
+does not end the coupling.
 """
 
 import sys
@@ -23,7 +23,7 @@ SURFACE = hl.Surface(hl.ACRYLIC)
 ROD = hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), until=8e-4)
 WINDOW = 1e-6
 ZERO, STILL = 1e-14, 1e-22
-"""N, rounding of the static force; and m, what such a force moves in a window."""
+"""N, rounding of the static force; and m, the motion that such a force causes in a window."""
 MOVING = hl.stepping.MovingChain(CHAIN, SURFACE)
 
 
@@ -35,7 +35,7 @@ class Double:
     """A preCICE 3 participant whose partner is a structure, and which stops a caller that leaves the documented order.
 
     (Documentation of the Python bindings 3, and of preCICE, "couple your code".) Displacements are linear over a window
-    and the force counts that was written last, as with waveform-degree 1 and 0. Implicit: the window is repeated, with
+    and the last written force counts, as with waveform-degree 1 and 0. Implicit: the window is repeated, with
     Aitken's relaxation of the force, until the force changes by less than the tolerance. With the chain first, the
     displacement is relaxed, until force and displacement change by less than that part of themselves (`relative`).
     """
@@ -173,7 +173,7 @@ class Double:
         felt = self.force if abs(self.force) > ZERO else 0.0
         self.moved, end = self.structure.advance(self.before, felt, self.window)
         residual, change, self.before_last = end - self.end, self.force - self.before_last, self.force
-        # preCICE's absolute-or-relative measure: what a force of rounding moves holds no digits.
+        # preCICE's absolute-or-relative measure: a motion by the rounding of a force has no correct digits.
         still = abs(residual) <= max(relative * abs(end), STILL)
         if still and abs(change) <= max(relative * abs(self.force), ZERO):
             self._accept()
@@ -285,7 +285,7 @@ def test_vectors_are_taken_along_the_direction(
 def test_relative_measures_with_the_chain_first(
     double: type[Double], configuration: Path, cosimulation: xr.Dataset
 ) -> None:
-    """At rest a force of rounding, 4e-16 N, would change by all of itself, and Aitken's factor would be no number."""
+    """At rest the rounding of the force, 4e-16 N, would change by 100 %, and Aitken's factor would be NaN."""
     double.relative, double.until = 1e-12, 4e-4
     run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     check_same(run, cosimulation.isel(time=slice(401)), 1e-9)
@@ -295,7 +295,7 @@ def test_relative_measures_with_the_chain_first(
 def test_windows_that_do_not_converge_are_counted(
     double: type[Double], configuration: Path, cosimulation: xr.Dataset
 ) -> None:
-    """preCICE accepts them without a word after max-iterations; AR is then off by 5e-4."""
+    """preCICE accepts them without a message after max-iterations; AR is then off by 5e-4."""
     double.most = 2
     configuration.write_text(CONFIGURATION.format(2))
     with pytest.warns(hl.HertzlinkWarning, match=r"^max-iterations = 2: \d{3} of 800 windows used all of them and"):

@@ -41,7 +41,7 @@ def with_law(value: float) -> hl.CoSimulation:
 
 
 def anew(value: float) -> hl.CoSimulation:
-    """Beads and structure are made anew, so that numbers of objects that are gone come back."""
+    """Beads and structure are made anew, so that the ids of deleted objects are used again."""
     bead = hl.Sphere(4.76e-3 * value, hl.STEEL_440C)
     return hl.CoSimulation(hl.Chain([bead] * 8, bead, 0.3), hl.half_space(hl.STEEL_316))
 

@@ -1,4 +1,4 @@
-"""What runs check of themselves: each finding is in the attribute `warnings`, and a warning at the user's line."""
+"""The checks that runs make: each finding is in the attribute `warnings`, and a warning at the user's line."""
 
 import re
 import warnings
@@ -75,7 +75,7 @@ def test_a_loss_in_another_unit(coefficient: float, ratio: int) -> None:
 
 
 def test_a_loss_inside_beads_in_another_unit() -> None:
-    """1 µs is not 1 s: of C = b K the rate is b ω², of the fastest mode; the warning names what was given."""
+    """1 µs is not 1 s: C = b K has the rate b ω² of the fastest mode; the warning names the given argument."""
     loss = hl.damping.Rayleigh(stiffness_time=1e-2)
     chain = hl.DeformableChain([BEAD] * 3, BEAD, 0.44, damping=loss, dissipation=hl.LinearDashpot(5.0))
     moving = moving_chain(chain, None)
@@ -214,7 +214,7 @@ def test_contacts_beyond_yield() -> None:
 
 @pytest.mark.parametrize(("beyond", "says"), [(1.35, False), (1.5, True)])
 def test_a_contact_just_beyond_yield_warns_of_nothing(beyond: float, says: bool) -> None:
-    """Of a wall whose contact bears these forces over that of first yield: AR changes by a little more than 0.01."""
+    """The wall's contact bears this multiple of the force of first yield: AR changes by a little more than 0.01."""
     unyielding = hl.CoSimulation(CHAIN, hl.half_space(replace(hl.ALUMINIUM_6061, yield_strength=None))).run(8e-4)
     weak = hl.laws.JacksonGreen(1e8).contact(BEAD, hl.Surface(hl.ALUMINIUM_6061))
     # The force of the first yield grows with the cube of the strength.
@@ -295,7 +295,7 @@ def test_a_reflected_wave_above_the_incident_one() -> None:
 
 @pytest.mark.thorough
 def test_a_push_that_is_too_short_for_the_reduction() -> None:
-    """Beads of 2 mm on a thin plate: made for 25 µs the secondary wave is 2 % off, made for their push it is right."""
+    """Beads of 2 mm on a thin plate: reduced for 25 µs, the secondary wave is off by 2 %, for the push it is right."""
     bead = hl.Sphere(1e-3, HARD)
     chain, full = hl.Chain([bead] * 14, bead, 0.4), plate(1e-3, 160e3)
     with pytest.warns(hl.HertzlinkWarning, match="reduction: "):
@@ -338,7 +338,7 @@ def cube_of_cells(count: int) -> hl.Structure:
     ids=["plate", "half-plane", "beam", "rod", "solid"],
 )
 def test_a_push_that_is_too_short_for_the_mesh(make: Any, coarse: float, cure: str, enough: float | None) -> None:
-    """Every mesh that a push may be too short for says so, and with what it names, or less, there is no warning."""
+    """A push that is too short for a mesh causes a warning; with the value that it names, or less, there is none."""
     bead = hl.Sphere(0.5e-3, HARD)
     chain = hl.Chain([bead] * 14, bead, 0.4)
 

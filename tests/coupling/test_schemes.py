@@ -64,14 +64,14 @@ ORDERS = [
     for structure in STRUCTURES
     if name == "condensed" or structure == "layered rod"
 ]
-"""All schemes see a structure alike, as its answers to forces."""
+"""All schemes see a structure in the same way, by its answers to forces."""
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(("name", "structure", "motion", "energy"), ORDERS)
 def test_orders_in_the_window(name: str, structure: str, motion: float, energy: float | None) -> None:
-    """Of the surface's motion, root mean square against the monolithic reference; of AR where it is of the strong
-    schemes, where it has no other terms; and of the energy that explicit schemes make."""
+    """Of the surface's motion, root mean square against the monolithic reference; of AR in strong schemes, where its
+    error has no other terms; and of the energy that explicit schemes create."""
     exact, scheme = reference(structure), SCHEMES[name]
     if name in EXPLICIT:
         scheme = hl.Explicit(scheme.predictor, tolerance=None)  # type: ignore[attr-defined]
@@ -106,7 +106,7 @@ def lossy(gravity: float) -> hl.Chain:
 @each
 @pytest.mark.parametrize("losses", [False, True])
 def test_the_ledger_closes(name: str, losses: bool) -> None:
-    """What the total energy loses is the mismatch, to the chain's own drift; a structure keeps or damps all work."""
+    """The total energy loses the mismatch, up to the chain's own drift; a structure keeps or damps all work."""
     struck, structure = chain(), STRUCTURES["layered rod"]
     if losses:
         struck, structure = lossy(9.81), DAMPED_ROD
@@ -169,7 +169,7 @@ def test_condensed_takes_one_structural_solve_a_window(monkeypatch: pytest.Monke
     one, two = Counted(STRUCTURES["rod"]), Counted(CASES["two chains"]().structures[0])
     run = hl.CoSimulation(chain(), one).run(4e-4)
     assert one.solves == run.windows.sum() == 2 * (run.sizes["time"] - 1)
-    assert run.evaluations.sum() < 1.8 * one.solves  # the forces of a window are foreseen by a parabola
+    assert run.evaluations.sum() < 1.8 * one.solves  # a parabola predicts the forces of a window
     both = [hl.ContactPoint(two, 0), hl.ContactPoint(two, 1)]
     run = hl.CoSimulation([chain(0.31), chain(0.2)], both).run(4e-4)
     assert two.solves == run.windows.sum() >= run.sizes["time"] - 1
@@ -225,7 +225,7 @@ def test_halving_rescues_a_repetition_that_diverges() -> None:
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=15)
 def test_quasi_newton_ends_on_a_linear_problem_after_a_repetition_for_each_unknown(count: int, seed: int) -> None:
-    """x = G x + g, also where plain repetition diverges: n differences are all there is to know of G."""
+    """x = G x + g, also where plain repetition diverges: n differences determine G completely."""
     random = np.random.default_rng(seed)
     slope = 3.0 * random.normal(size=(count, count)) - 8.0 * np.eye(count)
     right, x = random.normal(size=count), np.zeros(count)

@@ -36,7 +36,7 @@ def test_gain_at_a_frequency(model: hl.SensorModel, frequency: float, gain: floa
 
 
 def after_half_sine(t: float, length: float) -> float:
-    """What an RC high-pass shows t after the beginning of a half-sine pulse of amplitude 1, t ≥ length: −∫e^…/τ."""
+    """The output of an RC high-pass at the time t of a half-sine pulse of amplitude 1, t ≥ length: −∫e^…/τ."""
     w = np.pi / length
     integral = w * TAU**2 * (1.0 + np.exp(length / TAU)) / (1.0 + (w * TAU) ** 2) * np.exp(-t / TAU)
     return -integral / TAU

@@ -49,7 +49,7 @@ def plate(x: list[float], y: list[float], face: Any = "front") -> hl.Structure:
 
 
 class System(NamedTuple):
-    """What CoSimulation takes, and the same for the reference."""
+    """The arguments of CoSimulation, and the same for the reference."""
 
     chain: Any
     facing: Any
@@ -67,7 +67,7 @@ class System(NamedTuple):
 
 
 def two_on_a_plate() -> System:
-    """Of unlike speed and length."""
+    """Two chains of unlike speed and length."""
     body = plate([0.02, 0.04], [0.03, 0.03])
     slow = hl.Chain([BEAD] * 7, BEAD, 0.2)
     return System([CHAIN, slow], body, None, [body], [Contact(0, "last", 0, 0), Contact(1, "last", 0, 1)])
@@ -151,7 +151,7 @@ def chain_of(run: xr.Dataset, number: int) -> xr.Dataset:
 
 
 def bodies(values: xr.DataArray, count: int) -> Any:
-    """Of a chain, without the NaN that fills it up."""
+    """The bodies of a chain, without padding."""
     assert values[:, count:].isnull().all()
     return values.values[:, :count]
 
@@ -187,7 +187,7 @@ QUICK_SYSTEMS = ("chain between rods", "two chains on a plate")
     "name", [pytest.param(name, marks=() if name in QUICK_SYSTEMS else pytest.mark.thorough) for name in SYSTEMS]
 )
 def test_nothing_is_lost_at_the_interfaces(name: str) -> None:
-    """Energy of all bodies, work from either side, and the impulse of what is nowhere fixed."""
+    """Energy of all bodies, work from either side, and the impulse of bodies that are not fixed."""
     run = condensed(name)
     energy = float(run.impact_energy.sum())
     assert hl.energy_error(run) < 1e-6
@@ -198,7 +198,7 @@ def test_nothing_is_lost_at_the_interfaces(name: str) -> None:
 
 
 def test_momentum_passes_through_a_free_rod() -> None:
-    """Of two chains and a rod that nothing holds it is the striker's at every time."""
+    """The momentum of two chains and a free rod is the striker's at every time."""
     facing, behind = [hl.ContactPoint(STUD, 0), None], [None, hl.ContactPoint(STUD, 1)]
     run = hl.CoSimulation([CHAIN, QUIET], facing, behind=behind).run(4e-4)
     assert run.gap.isel(interface=1).isnull().all(), "the last chain faces nothing"
@@ -242,7 +242,7 @@ def test_chains_far_apart_are_alone_until_the_waves_meet() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("number", [0, 1])
 def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> None:
-    """Of unlike length, each on a rod of its own: what fills up the shorter one changes nothing."""
+    """Chains of unlike length, each on a rod of its own: the padding of the shorter one changes nothing."""
     chains = [hl.Chain([BEAD] * 8, BEAD, 0.31, gravity=9.81), CHAIN]
     rods = [PTFE_ROD, ACRYLIC_ROD]
     run = hl.CoSimulation(chains, rods).run(UNTIL, save_every=1e-6)
@@ -331,7 +331,7 @@ def test_contact_points_that_are_not_there(structure: Any, number: Any, message:
 
 
 def test_the_motion_of_a_plate_that_two_chains_strike() -> None:
-    """At both contacts it is the run's own, which one of the forces alone would not give."""
+    """At both contacts it is the motion of the run, which one force alone would not cause."""
     body = hl.reduce(WHOLE.at([0.02, 0.04], [0.03, 0.03]), until=UNTIL, keep_field=True)
     run = hl.CoSimulation([CHAIN, hl.Chain([BEAD] * 7, BEAD, 0.2)], body).run(UNTIL, save_every=5e-7)
     motion = hl.plots.motion(run, body, [3e-4, 4e-4])

@@ -1,4 +1,4 @@
-"""Records that mislead are warned of, with the cure: no lead, drift, hum, AC coupling, swapped sensors,
+"""Warnings of misleading records, with the cure: no lead, drift, hum, AC coupling, swapped sensors,
 clipped tops, an offset."""
 
 import warnings

@@ -1,4 +1,4 @@
-"""Texts as oscilloscopes write them: each is read as it was written, or refused with its line and the way out."""
+"""Texts as oscilloscopes write them: each is read as it was written, or refused with its line and the cure."""
 
 import random
 import re
@@ -96,7 +96,7 @@ def test_forms(tmp_path: Path, form: str, encoding: str) -> None:
     ],
 )  # fmt: skip
 def test_units_that_are_not_understood(tmp_path: Path, head: str, said: str) -> None:
-    """They are refused; what the user gives wins."""
+    """They are refused unless the user gives a unit, which overrides them."""
     path = written(tmp_path / "scope.csv", [head, *table()])
     with pytest.raises(ValueError, match=f"scope.csv: {said}"):
         hl.read_signal(path, {7: 1}, calibration=10.0)
@@ -132,7 +132,7 @@ def test_words_that_are_no_units(tmp_path: Path, head: str) -> None:
     ],
 )  # fmt: skip
 def test_files_without_times(tmp_path: Path, lines: list[str], column: int) -> None:
-    """A line of the head is no sample, though it holds numbers."""
+    """A line of the header is not a sample, although it holds numbers."""
     path = written(tmp_path / "values.csv", lines)
     with pytest.raises(ValueError, match=r"values.csv: holds no times .*; give interval=, s, such as 5e-7"):
         hl.read_signal(path, {7: column}, calibration=10.0)

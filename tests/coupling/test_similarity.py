@@ -1,4 +1,4 @@
-"""Similarity: without gravity and losses of their own time, all lengths and times n times as large change no ratio.
+"""Similarity: without gravity and losses with a time, lengths and times that are n times as large change no ratio.
 
 Stress, speed and force/length² stay; nothing in a builder, a reduction or a run may contain a length or a time.
 """
@@ -194,7 +194,7 @@ def test_a_structure_is_made_once_for_short_contacts() -> None:
 @pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
 @pytest.mark.parametrize("name", ["half-space", "rod", "infinite plate"])
 def test_all_moduli_and_densities_multiplied(name: str) -> None:
-    """Times go as √(ρ/E), forces as E, gravity as E/ρ, dashpots as √(E ρ), of a chain at √(E/ρ) times the speed."""
+    """At √(E/ρ) times the speed, times go as √(ρ/E), forces as E, gravity as E/ρ, and dashpots as √(E ρ)."""
 
     def seen(modulus: float, density: float) -> tuple[float, np.ndarray]:
         def other(one: hl.Material) -> hl.Material:

@@ -91,7 +91,7 @@ def of_modes(modes: int) -> hl.CoSimulation:
 @pytest.mark.thorough
 @pytest.mark.parametrize("kept", [False, True])
 def test_modes_may_be_an_axis(kept: bool, tmp_path: Path) -> None:
-    """Amplitudes of modes that a point has not are NaN; all that is there is the single run's."""
+    """Amplitudes of modes that a point does not have are NaN; all others are those of the single run."""
     runs = hl.sweep(of_modes, until=5e-5, jobs=1, store=tmp_path / "store" if kept else None, modes=[1, 2, 5])
     assert runs.vibration_amplitude.dims == ("modes", "time", "bead", "mode")
     assert runs.sizes["mode"] == 4

@@ -42,7 +42,7 @@ def build(material: hl.Material, radius: float) -> hl.CoSimulation:
 
 
 def largest(run: xr.Dataset) -> xr.Dataset:
-    """Of every kind that a file keeps."""
+    """Measures of every kind that a file can keep."""
     force = float(run.contact_force.max())
     return xr.Dataset(
         {
@@ -144,7 +144,7 @@ def test_what_a_file_cannot_keep_fails(tmp_path: Path, measure: object, message:
 
 
 def lacking(folder: str, radius: float) -> hl.CoSimulation:
-    """3 mm need what this machine lacks, until it is there."""
+    """The run at 3 mm finds the disk full until a file is there."""
     if radius == 3e-3 and not (Path(folder) / "mended").exists():
         raise OSError(28, "No space left")
     return build(hl.PTFE, radius)
@@ -329,7 +329,7 @@ def run(jobs, store, radii=[1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3]):
 
 @pytest.mark.thorough
 def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Killed at chance moments, in one process and in two: a finished point is never run again, and no bit differs."""
+    """Killed at random moments, in one process and in two: a finished point is never run again, and no bit differs."""
     (tmp_path / "swept_script.py").write_text(SCRIPT)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -352,7 +352,7 @@ def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     resumed = swept_script.run(1, store)
     runs = Counter((tmp_path / "runs").read_text().splitlines())
     assert len(runs) == 30
-    # Each kill loses what was running, two processes have two more in their queue each.
+    # Each kill loses the running points; two processes have two more in the queue of each.
     assert sum(runs.values()) <= 30 + 1 + 1 + 6
     assert (resumed.error.sel(radius=5e-3) == "ValueError: five").all()
     radii = [1e-3, 2e-3, 3e-3, 4e-3, 6e-3]
@@ -384,7 +384,7 @@ def cluster() -> Iterator[None]:
 @pytest.mark.thorough
 @pytest.mark.usefixtures("cluster")
 def test_a_cluster_changes_nothing(tmp_path: Path) -> None:
-    """What a test defines travels too; workers of other sources are refused."""
+    """Functions of a test are sent too; workers with other sources are refused."""
 
     def here(material: hl.Material, radius: float) -> hl.CoSimulation:
         bead = hl.Sphere(radius, hl.STEEL_440C)

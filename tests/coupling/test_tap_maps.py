@@ -81,7 +81,7 @@ def test_ar_and_tof_of_pulses_are_inside_their_intervals(tmp_path: Path) -> None
 
 
 def test_intervals_hold_ar_and_tof_of_asymmetric_pulses() -> None:
-    """What a plate sends back rises and falls unequally. Noise of 0.5 %, 2 MHz: of four intervals three or more hold
+    """The pulse from a plate rises and falls unequally. Noise of 0.5 %, 2 MHz: of four intervals three or more hold
     AR, and as many TOF; a fit over a wider part of the pulse put TOF 1.4 µs too low, outside all of them."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     plate = hl.half_plane(4e-3, hl.ALUMINIUM_6061, "clamped", 20e-3, until=6e-4)
@@ -108,7 +108,7 @@ def test_a_map_that_is_repeated_reads_what_is_new_or_failed(tmp_path: Path) -> N
     taps = hl.map_taps(points, read_and_note, jobs=1, store=tmp_path / "kept")
     assert (tmp_path / "asked").read_text().split() == ["a.csv", "b.csv"]
     assert taps.value.values[:, 0] == pytest.approx([0.5, 0.6], abs=0.01)
-    # A file that was written anew is read anew.
+    # A file that was written again is read again.
     pulses(tmp_path / "a.csv", 0.4, 3e-4, 3)
     taps = hl.map_taps(points, read_and_note, jobs=1, store=tmp_path / "kept")
     assert (tmp_path / "asked").read_text().split() == ["a.csv", "b.csv", "a.csv"]

@@ -1,4 +1,4 @@
-"""Pictures, animations and ParaView files: whole or not there, of what was computed, at the times that were asked."""
+"""Pictures, animations and ParaView files: complete or absent, with the computed numbers, at the requested times."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Waves in chains of unlike beads: what the chain turns back is no reflected wave."""
+"""Waves in chains of unlike beads: a pulse that the chain turns back is not a reflected wave."""
 
 import warnings
 
@@ -19,7 +19,7 @@ def dimer(other: hl.Sphere, cells: int, speed: float, structure: hl.Structure, u
 
 @pytest.fixture(scope="module")
 def brass() -> xr.Dataset:
-    """Steel and brass by turns; nothing but the infinite plate sends a wave back."""
+    """Alternating steel and brass; nothing but the infinite plate sends a wave back."""
     plate = hl.infinite_plate(5e-3, hl.STEEL_440C)
     return dimer(hl.Sphere(4.76e-3, hl.BRASS_360), 9, 0.3, plate, 1.2e-3)
 
@@ -58,7 +58,7 @@ def test_ar_is_a_smooth_function_of_a_radius(scale: float) -> None:
 
 
 def test_an_incident_wave_in_a_record_that_ends_before_the_reflection() -> None:
-    """24 beads, steel and PTFE by turns, 2 ms: a pulse of some newtons has passed, and the record is too short."""
+    """24 beads, alternating steel and PTFE, 2 ms: a pulse of some newtons has passed, and the record is too short."""
     run = dimer(hl.Sphere(2.4e-3, hl.PTFE), 12, 0.1, hl.infinite_plate(5e-3, hl.STEEL_440C), 2e-3)
     with pytest.warns(hl.HertzlinkWarning, match="record: ends at 2 ms.* until = .* would hold it"):
         waves = hl.reflections(run, 7)
@@ -67,7 +67,7 @@ def test_an_incident_wave_in_a_record_that_ends_before_the_reflection() -> None:
 
 
 def test_two_peaks_of_one_height_are_warned_of() -> None:
-    """Two collisions of the same bead, within one wave: which one counts, a small change decides."""
+    """Two collisions of the same bead, within one wave: a small change decides which one counts."""
     time = np.arange(0.0, 1e-3, 2e-7)
 
     def pulse(arrival: float) -> np.ndarray:
@@ -135,7 +135,7 @@ DRIVES: dict[str, hl.PushedBead | hl.Piston] = {
 
 @pytest.mark.parametrize("drive", DRIVES)
 def test_a_push_that_goes_on_is_warned_of(drive: str) -> None:
-    """What comes back is added to it; a push that has ended is silent."""
+    """The returning wave is added to it; a push that has ended causes no warning."""
     run = hl.CoSimulation(hl.Chain([STEEL] * 20, DRIVES[drive]), hl.half_space(hl.STEEL_440C)).run(8e-4)
     for sensor in (7, 10, 13):
         with warnings.catch_warnings(record=True) as caught:

@@ -23,7 +23,7 @@ def ratio(run: xr.Dataset) -> float:
 
 @pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.Explicit()], ids=repr)
 def test_windows_are_as_many_as_the_scheme_needs(scheme: Any) -> None:
-    """Unless one is given: it is an exchange, however long."""
+    """A given window has one exchange, however long it is."""
     simulation = hl.CoSimulation(chain(), oscillator(1.0, 1e6), scheme)
     contact, plan = simulation.chain.contact_time, simulation.plan(1e-4)
     assert contact / 2.0 < scheme.windows_per_contact * plan.length <= contact

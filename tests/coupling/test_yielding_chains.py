@@ -21,7 +21,7 @@ def chain(bead: hl.Material, speed: float, law: Any = None, radius: float = 4.76
     ],
 )  # fmt: skip
 def test_speeds_of_first_yield(bead: hl.Material, wall: hl.Material, speed: float) -> None:
-    """They divide runs with a dent from those without; Hertz's forces, with their power 6/5 of the speed, give them."""
+    """They separate runs with a dent from runs without one, and follow from Hertz's forces, which go as v^(6/5)."""
     for factor in (0.98, 1.02):
         struck = chain(bead, factor * speed, hl.laws.Thornton())
         run = hl.CoSimulation(struck, hl.half_space(wall)).run(2e-3 if speed > 0.01 else 4e-3)

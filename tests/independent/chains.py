@@ -72,7 +72,7 @@ def structure_of(rng: np.random.Generator) -> tuple[str, Callable[[float], hl.St
 
 
 def run_of(number: int, scale: float = 1.0) -> tuple[str, xr.Dataset]:
-    """Return what a chain is, in words, and its run, which lasts until a weak reflection has passed bead 6."""
+    """Return a description of a chain and its run, which lasts until a weak reflection has passed bead 6."""
     rng, family, until = np.random.default_rng([52, number]), FAMILIES[number % len(FAMILIES)], 1e-3
     chain, (kind, build) = chain_of(rng, family, scale), structure_of(rng)
     while True:

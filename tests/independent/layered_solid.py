@@ -1,6 +1,6 @@
 """A free rectangular plate of plies as a solid in three dimensions: quadratic hexahedra and the elasticity of each ply.
 
-Shares no code with plates/ but the data of a Laminate.
+It shares with plates/ only the data of a Laminate.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a chain's last bead touches, from numpy and scipy alone: plates with one straight edge, and rods.
+"""Walls that a chain's last bead touches, from numpy and scipy alone: plates with one straight edge, and rods.
 
 A wall is a dashpot of the impedance Z and an echo. A unit impulse moves the struck point by (1 + g(t))/Z, so that under
 the force F the point is at w = (∫F dt + ∫F(τ) g(t − τ) dτ)/Z. The echo g begins at zero: waves that leave the contact

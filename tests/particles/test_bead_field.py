@@ -18,7 +18,7 @@ FORCE, NONE = 20.0, Push(0.0, 0.0)
 
 
 def pressed(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, force: float = FORCE) -> Push:
-    """By its like: Hertz's radius (3 F R/4 E*)^(1/3) (Johnson, Contact Mechanics, equation 4.22)."""
+    """Pressed by an equal bead: Hertz's radius (3 F R/4 E*)^(1/3) (Johnson, Contact Mechanics, equation 4.22)."""
     modulus = bead.material.youngs_modulus / (2.0 * (1.0 - bead.material.poisson_ratio**2))
     return Push(force, (0.75 * force / (2.0 * bead.surface.curvature) / modulus) ** (1.0 / 3.0))
 
@@ -30,7 +30,7 @@ def squeezed(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, modes: int = 0) -
 
 
 def poles(field: BeadField) -> tuple[int, int]:
-    """Numbers of the struck one and the other."""
+    """Numbers of the struck pole and of the other one."""
     r, _, z = field.grid.points.T
     axis = np.flatnonzero(r == 0.0)
     return int(axis[z[axis].argmax()]), int(axis[z[axis].argmin()])

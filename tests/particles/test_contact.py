@@ -100,7 +100,7 @@ def test_laws_of_round_bodies_agree(one: float, other: float, angle: float) -> N
 
 
 def test_parallel_cylinders_follow_the_lambert_function() -> None:
-    """Equation 5.8 with sign and branch mended, and 5.7, of which it is the inverse."""
+    """Equation 5.8 with sign and branch corrected, and 5.7, of which it is the inverse."""
     law = hl.contact_law(cylinder(), cylinder())
     modulus, length, radius = STEEL.contact_modulus, 4.76e-3, 2.38e-3
     approach = np.geomspace(1e-9, 5e-5, 30)
@@ -170,7 +170,7 @@ def test_a_law_may_be_a_function_of_the_bodies() -> None:
 
 
 class Odd(ContactLaw):
-    """A law of one's own with a fault."""
+    """A user's law with a fault."""
 
     name, largest, caution = "odd", float("inf"), ""
 

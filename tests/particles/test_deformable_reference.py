@@ -28,7 +28,7 @@ def passages(time: Any, force: Any) -> tuple[Any, Any, Any]:
 
 
 def ringing(force: Any, section: Any) -> Any:
-    """What the force through the sections of striker and first bead has beyond the contacts' mean, over 1 µs: nodes of
+    """The force through the sections of striker and first bead minus the contacts' mean, averaged over 1 µs: nodes of
     the explicit chain close one by one and shake it faster."""
     mean = 0.5 * np.column_stack([force[:, 0], force[:, 0] + force[:, 1]])
     return np.array([np.convolve(one, np.ones(5) / 5.0, "valid") for one in (section - mean).T])

@@ -68,7 +68,7 @@ def moving_chain(
 def test_moving_walls_do_the_work_that_the_chain_gets(
     loss: Dissipation | None, flexibilities: tuple[float, float]
 ) -> None:
-    """Mean force times way, on both surfaces and static forces with it; and momentum is the impulse of both."""
+    """Work is mean force times distance on both surfaces, with static forces; momentum is the impulse of both."""
     chain = hl.Chain([BEAD, LARGE, BEAD], None, 0.3, preload=2.0, dissipation=loss)
     moving = moving_chain(chain, 5e-9, flexibilities)
     window = 1e-6

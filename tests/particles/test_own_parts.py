@@ -40,7 +40,7 @@ class Drilled:
 
 
 class Plain:
-    """A user's body that is no dataclass, and changes."""
+    """A user's body that is not a dataclass, and changes."""
 
     def __init__(self, mass: float, size: float, surface: hl.Surface) -> None:
         self.mass, self.size, self.surface = mass, size, surface
@@ -189,7 +189,7 @@ def test_a_users_loss_and_excitation_are_those_built_in() -> None:
 
 
 class Changing(hl.laws.ContactLaw):
-    """A user's law that is no dataclass, and changes."""
+    """A user's law that is not a dataclass, and changes."""
 
     def __init__(self, *stiffness: float) -> None:
         self.stiffness, self.also = stiffness[0], list(stiffness)

@@ -41,7 +41,7 @@ COMPUTED_LAW: Made = (hl.laws.computed_law, {})
 
 
 def body(**attributes: Any) -> SimpleNamespace:
-    """A body of one's own with some attributes changed."""
+    """A user's body with some attributes changed."""
     return SimpleNamespace(**({"mass": BALL.mass, "size": BALL.size, "surface": BALL.surface} | attributes))
 
 

@@ -115,7 +115,7 @@ def test_linear_waves() -> None:
     assert solitary.UniformChain(D, M, K, 1.0).sound_speed(preload) == pytest.approx(D * sqrt(K / M))
 
 
-# Simulations: Chain for spheres, and a chain of another law, preloaded, by an integrator that is none of ours.
+# Simulations: Chain for spheres, and a chain of another law, preloaded, by an integrator from outside hertzlink.
 
 
 @pytest.fixture(scope="module")

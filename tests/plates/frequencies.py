@@ -1,4 +1,4 @@
-"""Frequencies of structures, and an independent Ritz method for square Mindlin plates: what plates' tests share."""
+"""Frequencies of structures, and an independent Ritz method for square Mindlin plates, for tests of plates."""
 
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legval

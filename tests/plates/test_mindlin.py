@@ -86,7 +86,7 @@ def test_patch_on_simple_supports() -> None:
 @pytest.mark.parametrize(("shortest", "tolerance"), [(0.1, 2e-3), (0.3, 1e-2), (0.6, 4e-2)])
 def test_compliance_of_the_contact_is_that_of_three_dimensions(shortest: float, tolerance: float) -> None:
     """Waves with kt above `shortest`: Mindlin's plate under the default patch, with its flexibility, and the exact
-    layer less all of Hertz's half-space; in units of 1/Et. They differ by terms of the order (kt)² that are left out.
+    layer minus all of Hertz's half-space; in units of 1/Et. They differ by terms of the order (kt)² that are left out.
 
     A pressure p cos kx on a face of a layer moves the face by p (1 − ν²)/Ek · [(ch + 1)/(sh − x) + (ch − 1)/(sh + x)]
     with x = kt (bending and squeezing; Timoshenko and Goodier, Theory of Elasticity, section 24), a half-space's by 2.

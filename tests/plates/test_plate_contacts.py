@@ -66,7 +66,7 @@ def navier(x: list[float], y: list[float], shift: float, terms: int = 700) -> Ar
     ],
 )
 def test_three_contacts_move_each_other_as_in_naviers_series(name: str, own: float, cross: float, shift: float) -> None:
-    """Of a force on one, each; both ways (Maxwell, Betti). Mindlin's plate also shears, 0.05 % at this thickness."""
+    """A force on one moves each, reciprocally (Maxwell). Mindlin's plate also shears, 0.05 % at this thickness."""
     found = receptance(three(name), shift)
     exact = navier(X, Y, shift)
     apart = ~np.eye(3, dtype=bool)
@@ -105,7 +105,7 @@ def test_a_contact_on_the_back_is_one_on_the_front_turned_over(name: str) -> Non
 
 @pytest.mark.parametrize(("patch", "bound"), [(0.5, 0.05), (0.25, 0.4), (2.0, 1.4)])
 def test_what_front_and_back_of_a_thick_plate_lack_of_each_other(patch: float, bound: float) -> None:
-    """In three dimensions they differ by the wall's squeeze less Hertz's, (1 − ν²)/πEt ∫ (ch x − 1)/(sh x + x) − 1 dx.
+    """In three dimensions they differ by the wall's squeeze minus Hertz's, (1 − ν²)/πEt ∫ (ch x − 1)/(sh x + x) − 1 dx.
 
     (Timoshenko and Goodier, section 24: the part of their solution that is symmetric about the middle surface.)
     """
@@ -134,7 +134,7 @@ def test_contacts_on_a_symmetry_edge_strike_the_whole_plate_once(make: Callable[
 
 
 def test_each_contact_sees_the_ply_that_it_touches() -> None:
-    """Steel in front, PTFE behind: Hertz's law, and what Mindlin's plate leaves of the indentation, are of either."""
+    """Steel in front, PTFE behind: each contact has its own ply in Hertz's law and in the remaining indentation."""
     wall = hl.Laminate([hl.Ply(hl.STEEL_440C, 1e-3), hl.Ply(hl.PTFE, 1e-3)])
     for make in (hl.kirchhoff_plate, hl.mindlin_plate):
         plate = make(0.2, 0.2, None, wall, SIMPLE, highest_frequency=4e3)

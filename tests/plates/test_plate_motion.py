@@ -1,4 +1,4 @@
-"""The fields of plates: what runs over them in a run, and what the mirrored half shows."""
+"""The fields of plates: waves that run over them, and the mirrored half."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Compiled kernels are kept in files, and are never stale. A copy of our sources has kernels of one line."""
+"""Compiled kernels are kept in files, and are never stale. A copy of hertzlink's sources has kernels of one line."""
 
 import os
 import re

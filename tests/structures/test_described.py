@@ -1,4 +1,4 @@
-"""What is described is declared once: its checks, warnings, data and tables follow from its signature."""
+"""A described part is declared once: its checks, warnings, data and tables follow from its signature."""
 
 import pickle
 import re
@@ -23,7 +23,7 @@ def ours() -> list[Described]:
 
 
 def test_a_parameter_without_an_annotation_is_refused() -> None:
-    """It would be checked by nothing, and a case could not give it."""
+    """Nothing would check it, and a case could not give it."""
 
     def block(side: hl.quantities.Length, material):  # type: ignore[no-untyped-def]
         return None

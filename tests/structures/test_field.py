@@ -109,7 +109,7 @@ def test_field_and_contact_tell_the_same() -> None:
 
 
 def test_stress_jumps_where_materials_meet() -> None:
-    """Points at an interface are there twice: with one displacement, one axial stress, and two hoop stresses."""
+    """Points at an interface appear twice: with one displacement, one axial stress, and two hoop stresses."""
     half = LAYER.length / 2.0
     body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, half, LAYER.radius), hl.Layer(hl.PTFE, half, LAYER.radius)])
     field, u = known_field(body), pressed(body)

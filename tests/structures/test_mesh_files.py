@@ -77,7 +77,7 @@ def test_every_format_gives_the_same_body(suffix: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [*FORMATS, ".su2"])
 def test_a_file_that_is_none(suffix: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """One line that names the file, and nothing printed; formats that nobody of the field uses are not tried."""
+    """One line that names the file, and nothing printed; formats that the field does not use are not tried."""
     path = tmp_path / f"none{suffix}"
     path.write_bytes(b"\x00\x01 no mesh at all")
     with pytest.raises(ValueError, match=rf"^mesh = .*none\{suffix}'") as raised:
@@ -126,7 +126,7 @@ def test_groups_of_msh_41(all_cells: int, tmp_path: Path) -> None:
 
 
 def test_groups_that_msh_22_loses(tmp_path: Path) -> None:
-    """With SaveAll gmsh writes cells of no group, whose numbers of faces are no groups of the user's."""
+    """With SaveAll gmsh writes cells without a group, and their numbers of faces are not the user's groups."""
     pytest.importorskip("gmsh")
     with gmsh_model({"Mesh.SaveAll": 1.0, "Mesh.MshFileVersion": 2.2, "Mesh.MeshSizeMin": SIDE}) as gmsh:
         gmsh.model.occ.addBox(0, 0, 0, SIDE, SIDE, SIDE)
@@ -182,7 +182,7 @@ def test_numbers_of_cells(fields: Any, tags: str | None) -> None:
 
 
 def two_cubes(gap: float, joined: list[int]) -> meshio.Mesh:
-    """One on the other, with a gap, m; points of the interface joined that have these places in it."""
+    """One on the other, with a gap, m; joined: the places, in the interface, of the points that are joined."""
     top, low = np.flatnonzero(POINTS[:, 2] == SIDE), BASE
     number = np.arange(len(POINTS)) + len(POINTS)
     number[low[joined]] = top[joined]

@@ -95,7 +95,7 @@ def answer_of(structure: hl.Structure) -> float:
 
 
 def test_an_equal_structure_is_reduced_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Built anew it gives the same; another place, support, damping or setting is reduced anew; few are kept."""
+    """An equal structure gives the same; another place, support, damping or setting is reduced again; few are kept."""
     made = list[object]()
     krylov = reduction.Krylov
     monkeypatch.setattr(reduction, "Krylov", lambda *given: made.append(given) or krylov(*given))

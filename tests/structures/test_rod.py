@@ -1,4 +1,4 @@
-"""Rods: frequencies, bases that reflect or swallow a pulse, layers, bad input."""
+"""Rods: frequencies, bases that reflect or absorb a pulse, layers, bad input."""
 
 import numpy as np
 import pytest

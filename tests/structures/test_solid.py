@@ -208,7 +208,7 @@ def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
 
 
 def test_one_number_may_be_a_solid_and_a_face() -> None:
-    """As gmsh numbers them: from one on, in each dimension; names know theirs."""
+    """gmsh numbers groups from 1 in each dimension; a name belongs to one dimension."""
     mesh = box()
     mesh.cell_sets = {}
     mesh.cell_data["gmsh:physical"] = [np.ones(750, dtype=int), np.repeat([1, 2], 50)]

@@ -1,4 +1,4 @@
-"""Printed numbers compared with ours: one rule, three verdicts."""
+"""Printed numbers compared with hertzlink's: one rule, three verdicts."""
 
 from math import inf
 
@@ -42,7 +42,7 @@ def line(low: str = "", high: str = "", kind: str = "equation", **others: str) -
     ],
 )
 def test_what_printed_digits_stand_for(printed: Printed, ends: tuple[float, float]) -> None:
-    """All that rounds to them, and what the kind allows."""
+    """All numbers that round to them, and the tolerance of the kind."""
     assert printed.ranges[0] == pytest.approx(ends, rel=1e-6)
 
 

@@ -66,7 +66,7 @@ def test_axisymmetric_cylinders_lie_near_rods() -> None:
 
 @pytest.mark.parametrize(("gravity", "dashpot"), [(0.0, 0.0), (0.0, 5.0), (9.81, 0.0), (9.81, 5.0)])
 def test_the_last_bead_stays_on_ptfe_for_longer_than_the_thesis_says(gravity: float, dashpot: float) -> None:
-    """So 241 µs is no whole contact, whatever the losses are; 320 µs before the second collision the wave arrives."""
+    """So 241 µs is not a whole contact, whatever the losses; the wave arrives 320 µs before the second collision."""
     chain = replace(shared.chain(dashpot), gravity=gravity)
     run = hl.CoSimulation(chain, shared.rod(rod_stiffness.layers(hl.PTFE))).run(shared.RECORD)
     assert float(hl.contact_time(run)) > 400e-6
@@ -168,8 +168,8 @@ def test_viscoelastic_ptfe_is_one_possible_cause() -> None:
 
 @pytest.mark.thorough
 def test_a_wave_that_breaks_into_two_collisions_arrives_with_the_higher_hump() -> None:
-    """Between 20 and 30 mm of steel the two humps of the force at bead 7 part. AR changes without a leap; TOF, peak to
-    peak, leaps once, from the second hump to the first."""
+    """Between 20 and 30 mm of steel the two humps of the force at bead 7 part. AR changes continuously; TOF, peak to
+    peak, jumps once, from the second hump to the first."""
 
     def layered(upper: float) -> hl.CoSimulation:
         return hl.CoSimulation(shared.chain(), shared.rod(upper_layer.layers(upper, 25.4e-3)))

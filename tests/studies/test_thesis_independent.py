@@ -77,7 +77,7 @@ def test_the_study_agrees(part: str) -> None:
 
 
 def test_a_difference_is_found() -> None:
-    """In a value, in a count, in a name; and a value that is no number never agrees."""
+    """In a value, in a count, in a name; and NaN never agrees."""
     name, variant = "theory_constants/coeff_6_13", "closed form"
     value = load()[name]["values"][variant]["value"]
     assert list(differences({name: {variant: value * (1.0 + 9e-7)}}, 1e-6)) == []

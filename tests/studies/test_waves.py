@@ -71,7 +71,7 @@ def test_smaller_angles_make_faster_waves(angle: float, gain: float) -> None:
 
 
 def test_only_the_angle_between_neighbours_counts() -> None:
-    """A chain whose cylinders turn on and on is the same as one that turns to and fro."""
+    """A chain whose cylinders turn ever further equals one whose cylinders turn back and forth."""
     chains = [[cylinders.cylinder(45.0 * (i % n)) for i in range(20)] for n in (2, 8)]
     runs = [hl.CoSimulation(hl.Chain(beads, cylinders.STRIKER, 0.5), None).run(4e-4) for beads in chains]
     speeds = [hl.wave_speed(run, *cylinders.SENSORS) for run in runs]

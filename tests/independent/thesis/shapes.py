@@ -127,7 +127,7 @@ def width_cyl90(effort: Effort) -> Variants:
 
 
 def line_force(approach: Numbers, compliance: float = STEEL.compliance) -> Numbers:
-    """Equation 5.8 with sign and branch mended, N/m: F* = −(π/θ)(δ/2)/W₋₁(−eδ/(8R)); 0 in open contacts."""
+    """Equation 5.8 with sign and branch corrected, N/m: F* = −(π/θ)(δ/2)/W₋₁(−eδ/(8R)); 0 in open contacts."""
     closed = np.maximum(approach, 1e-30)
     return np.where(
         approach > 0.0, -pi / compliance * closed / 2.0 / lambertw(-e * closed / (8.0 * RADIUS), -1).real, 0.0

@@ -44,7 +44,7 @@ FINE, COARSE = Effort(), Effort(1e-8, 4.0)
 
 @dataclass(frozen=True)
 class Entry:
-    """A number of the thesis and the function that computes it anew."""
+    """A number of the thesis and the function that computes it again."""
 
     name: str
     printed: tuple[str, ...]
