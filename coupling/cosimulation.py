@@ -56,8 +56,8 @@ class CoSimulation:
         Number of steps, summed over the beads, above which a run is refused before it begins. The default, 1e9, takes
         some minutes; a run exceeds it mostly because a time has the wrong unit.
     reduce : bool
-        Whether to reduce, as by `hl.reduce`, linear structures that the compiled engine cannot take: those with more
-        than 300 unknowns that are not given by modes. If False, they are advanced unreduced, in Python.
+        Whether to reduce, as by `hl.reduce`, linear structures that the compiled engine cannot take: those of more than
+        600 unknowns, or of 300 if damping couples their modes. If False, they run unreduced, in Python.
 
     Raises
     ------

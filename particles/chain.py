@@ -37,9 +37,9 @@ class Chain:
     impact_speed : float, optional
         Speed of the striker, m/s; without a striker, speed of the first bead, by default 0. Omit it with an Excitation.
     gravity, inclination : float
-        Gravity, m/s², and the angle between the horizontal and the chain, which slopes down to the structure, rad.
+        Gravity, m/s², and the angle by which the chain slopes down to the structure, rad; by default it is vertical.
     dissipation : Dissipation or None
-        A loss at every contact, such as LinearDashpot.
+        A loss at every contact, such as LinearDashpot, or on every bead.
     preload : float
         Static force along the chain, N: a dead load on the first bead, or the force of a Piston or structure behind it.
     law : ContactLaw or callable or YieldingLaw or None

@@ -277,7 +277,7 @@ def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
         return ply
     around, limit = _around_fibres(ply)
     if not -1.0 < around < limit:
-        raise ValueError(f"shear_modulus_across = {ply.shear_modulus_across!r}: gives ν = {around:.3g}; state surface=")
+        raise ValueError(f"shear_modulus_across = {ply.shear_modulus_across!r}: gives ν = {around:.3g}; give surface=")
     return Material(indentation_modulus(constants(ply)), 0.0, ply.density, ply.name)
 
 

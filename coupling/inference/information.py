@@ -81,7 +81,7 @@ def identifiability(
     noise : float
         Standard deviation of a sample, as a part of the greatest force at each sensor.
     sensors, until, nuisances
-        As for `identify`.
+        As for `identify`; by default bead 7 is the sensor.
     sample_every : float
         Time between samples, s. White noise averages out: half the time makes bounds smaller by √2.
     compare : {"waveform", "features"}

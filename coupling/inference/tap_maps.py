@@ -53,9 +53,9 @@ def map_taps(
     Parameters
     ----------
     points : path or sequence of mapping
-        A table in CSV, or a folder that holds it as points.csv. Its head is such as ``x / mm, y / mm, file``; each line
-        below is a tap. Lines with the same x and y are taps of one point. The files lie in the folder of the table. Or
-        a list of mappings with x and y (m), files (paths), and what else `answer` needs.
+        A table in CSV, or a folder that holds it as points.csv. Its header is, for example, ``x / mm, y / mm, file``;
+        each line below is a tap. Lines with the same x and y are taps of one point. The files lie in the folder of the
+        table. Or a list of mappings with x and y (m), files (paths), and what else `answer` needs.
     read : callable
         Takes the path of a file and returns its signal, such as `read_signal` with its sensors.
     answer : callable, optional

@@ -22,7 +22,7 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     Returns
     -------
     DataArray
-        The force over time, N: of a run the mean of the bead's two contact forces, of a signal what was measured.
+        The force over time, N: the mean of the bead's two contact forces in a run, the measured force in a signal.
 
     Examples
     --------

@@ -104,11 +104,11 @@ def read_signal(
     time_column : int, optional
         The column of the times; by default, for each sensor, the nearest increasing column to its left.
     time_unit, unit : str, optional
-        The units of the times and of the columns, such as "us" and "mV"; by default those of the head, else s and V.
+        The units of the times and of the columns, such as "us" and "mV"; by default those of the header, else s and V.
     calibration : float or mapping, optional
-        κ, N/V: one for all sensors, or sensor number → κ; negative for a sensor whose wires are swapped.
+        κ, N/V, unless the file is in N: one for all sensors, or sensor number → κ; negative for swapped wires.
     baseline, positions
-        As in `as_signal`.
+        As in `as_signal`, but `baseline` is "lead" by default.
     interval : float, optional
         Time from sample to sample, s, for a file without times; times in the file are then not read.
     start : float, optional

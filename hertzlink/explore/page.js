@@ -60,14 +60,14 @@ async function ask() {
 async function once() {
   try {
     const reply = await asked("/answer");
-    if (reply.status === 403) throw new Error("hertzlink was started again: open the address that it printed");
+    if (reply.status === 403) throw new Error("hertzlink was restarted: open the address that it printed");
     const answer = await reply.json();
     if (!reply.ok) throw new Error(answer.error);
     shown = answer;
     show(answer);
   } catch (error) {
     const lost = error instanceof TypeError;
-    fail(lost ? "hertzlink does not answer: see its terminal, or start it again" : error.message);
+    fail(lost ? "hertzlink does not answer: look at its terminal, or restart it" : error.message);
   }
 }
 

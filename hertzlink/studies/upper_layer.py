@@ -57,7 +57,7 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     curve = data.amplitude_ratio.sel(wave="secondary", dashpot=shared.DASHPOT).fillna(0.0).values
     last = int(np.flatnonzero(curve > WEAK)[-1])
     thinnest = np.interp(-WEAK, -curve[last : last + 2], data.length.values[last : last + 2])
-    yield Number("upper layer with no secondary wave from on", 1e3 * float(thinnest))
+    yield Number("thinnest upper layer without SSW", 1e3 * float(thinnest))
 
     primary, secondary = (data.time_of_flight.sel(wave=wave, dashpot=shared.DASHPOT) * 1e6 for wave in shared.WAVES)
     said = f"equation 6.29: {shared.lost(expected.time_of_flight):.2f} %"

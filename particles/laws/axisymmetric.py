@@ -131,7 +131,7 @@ class _Contact:
         if radius * self.sharpest > SMALL_CONTACT:
             doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for the theory of small strains")
         if any(approach > 0.1 * (shell.radius - shell.inner_radius) for shell in self.shells):
-            doubts.append(f"an approach of {readable(approach, 'm')} rotates so thin a wall by more than small angles")
+            doubts.append(f"an approach of {readable(approach, 'm')} rotates the thin wall by more than small angles")
         if error > 0.01:
             doubts.append(f"cells of {readable(size, 'm')} make the force wrong by about {100.0 * error:.2g} %")
         words = "; ".join(doubts)
