@@ -163,7 +163,7 @@ class System:
 
     @property
     def scale(self) -> Numbers:
-        """Of each entry of the state: a hundredth of the greatest speed, 10 µs of that, and of the energy."""
+        """Scales of the entries of the state: a hundredth of the greatest speed, 10 µs of that, and of the energy."""
         fastest, ones = abs(self.speed).max(), np.ones_like(self.speed)
         return 0.01 * np.concatenate([1e-5 * fastest * ones, fastest * ones, [self.impact_energy]])
 
@@ -186,7 +186,7 @@ class System:
         return bool(self.damping.any() or self.viscosity.any())
 
     def rate(self, shut: Numbers, _time: float, state: Numbers) -> Numbers:
-        """Of the state, while the contacts that are shut stay so."""
+        """The rate of the state, while the contacts that are shut stay shut."""
         size, contacts = self.speed.size, self.law.size
         q, v = state[:size], state[size:-1]
         of_places, damping, contact, constant = self.matrices
@@ -208,7 +208,7 @@ class System:
         return (elastic > LEAST_FORCE) & (elastic + viscous > 0.0)
 
     def force(self, states: Numbers) -> Numbers:
-        """Of each contact, N; of one state or many."""
+        """The force of each contact, N; for one state or many."""
         return np.where(self.pushing(states), sum(self.parts(states)), 0.0)
 
     def parts(self, states: Numbers) -> tuple[Numbers, Numbers]:
@@ -225,7 +225,7 @@ class System:
         return self.law * overlap * np.sqrt(abs(overlap))
 
     def switch_time(self, step: DenseOutput, shut: Numbers) -> float:
-        """When in a step the first contact opens or closes; `shut` holds at the beginning, and not at the end."""
+        """The time at which the first contact opens or closes in a step, at whose beginning alone `shut` holds."""
         before, after = step.t_old, step.t
         for _ in range(HALVINGS):
             middle = (before + after) / 2.0

@@ -464,7 +464,7 @@ def test_a_pipe_is_no_file_to_extend(complaint: Callable[..., str]) -> None:
 def test_what_a_file_says_is_no_command_for_terminal_or_shell(
     complaint: Callable[..., str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Neither the title of a case nor a name in a message."""
+    """Neither the title of a case nor a name in a message is a command."""
     Path("case.toml").write_text(f'title = "a\\u001b[31mred"\n{ROD}')
     ended("run", "case.toml")
     assert capsys.readouterr().out.startswith("a\\x1b[31mred\n")

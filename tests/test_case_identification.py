@@ -320,7 +320,7 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
 
 @pytest.mark.thorough
 def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) -> None:
-    """Of a run through a file: the values of the run itself."""
+    """A run that goes through a file has its own values."""
     Path("wall.toml").write_text(SHORT_WALL)
     Path("tap.csv").write_text(trace(case_of(SHORT_WALL), 0.002, 1, 40e-6, {5: 1.0}))
     Path("points.csv").write_text("x / mm, y / mm, file\n0, 0, tap.csv\n")
@@ -349,7 +349,7 @@ def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) ->
 def test_a_table_that_does_not_fit_the_case_is_refused(
     head: str, message: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Before any fit."""
+    """It is refused before any fit."""
     monkeypatch.chdir(tmp_path)
     asked = f'\n[identify]\nsensors = {{ 7 = 1 }}\nunit = "N"\nunknowns = {{ "{MODULUS}" = ["2 GPa", "5 GPa"] }}\n'
     Path("points.csv").write_text(f"{head}\n0, 0, tap.csv{', 3' if MODULUS in head else ''}\n")

@@ -157,7 +157,7 @@ def test_a_run_of_several_chains_shows_the_waves_of_each(command: Callable[..., 
 
 
 def test_a_sweep_reads_the_chain_that_is_named(command: Callable[..., str], tmp_path: Path) -> None:
-    """Of chain 1 the wave comes back later, as it is slower: by the power 1/5 of the speed."""
+    """The wave of chain 1 comes back later, because it is slower, by the power 1/5 of the speed."""
     (tmp_path / "case.toml").write_text(LONGER)
     axis = 'sweep={"structure.thickness"=[3e-3]}'
     flights = []

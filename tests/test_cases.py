@@ -265,7 +265,7 @@ def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) 
     ],
 )  # fmt: skip
 def test_a_table_fits_the_terminal(head: list[str], row: list[str], lines: list[str]) -> None:
-    """Of a wide one each row is a sentence."""
+    """Each row of a wide table is a sentence."""
 
     def table(rows: list[list[str]]) -> Table:
         return Table("points.csv", pd.DataFrame(), pd.DataFrame(rows, columns=head))
@@ -282,7 +282,7 @@ def test_text_of_a_user_is_no_formula_of_a_spreadsheet() -> None:
 
 
 def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> None:
-    """Not at the first alone: one later was given in mm."""
+    """It looks not only at the first value: a later one was given in mm."""
     sweep = '[sweep]\n"chain.bead.diameter" = ["4.76 mm", "9.53 mm", 19.05]\n'
     Path("case.toml").write_text(template("wall").replace("[run]", f"{sweep}[run]").replace("1.5 ms", "0.1 ms"))
     said = command("check", "case.toml")

@@ -291,7 +291,7 @@ def write_old(folder: Path) -> None:
 
 
 def test_a_message_is_one_line_and_a_path_is_whole(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """So both can be copied and searched."""
+    """Both can therefore be copied and searched."""
     long = "record: ends too early " + "and this is why, " * 8 + "so record longer"
     complain(long.replace(", ", ",\n"))
     assert capsys.readouterr().err == f"hertzlink: {long}\n"

@@ -60,7 +60,7 @@ def test_every_example_is_listed() -> None:
 def test_example(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With the lines that the site adds for a picture."""
+    """It runs with the lines that the site adds for a picture."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [name, *["1"] * (name == "tap_map.py")])  # a map of one tap
     monkeypatch.syspath_prepend(str(GALLERY.parent / "docs" / "site"))

@@ -126,7 +126,7 @@ __main__.main()
 
 @pytest.mark.parametrize(("given", "found"), [(None, "1"), pytest.param("3", "3", marks=pytest.mark.thorough)])
 def test_the_command_takes_one_thread_of_linear_algebra(given: str | None, found: str, tmp_path: Path) -> None:
-    """Unless the user says otherwise."""
+    """It takes more if the user says so."""
     environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
     environment |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
     done = subprocess.run(

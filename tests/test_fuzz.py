@@ -127,7 +127,7 @@ def test_good_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.thorough
 def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of closed forms; `python tests/fuzz.py` searches runs, structures, plates and pictures, some calls of which last
+    """Calls of closed forms; `python tests/fuzz.py` searches runs, structures, plates and pictures, some of which last
     seconds."""
     inside = tmp_path / "inside"
     inside.mkdir()

@@ -43,7 +43,7 @@ def chain_of(beads: int) -> xr.Dataset:
 
 
 def peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """When a signal is largest, and its peak, by a parabola through three samples."""
+    """The time and the height of a signal's peak, by a parabola through three samples."""
     top = int(values.argmax())
     before, middle, after = values[top - 1 : top + 2]
     shift = 0.5 * (before - after) / (before - 2.0 * middle + after)

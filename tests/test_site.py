@@ -28,7 +28,7 @@ def shown(name: str) -> list[str]:
 
 
 def run_all(lines: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As a script of one piece: a function in it can then be sent to other processes, and named in a store."""
+    """All lines form one script, so that its functions can be sent to other processes, and named in a store."""
     monkeypatch.chdir(folder)
     matplotlib.use("Agg")
     exec(compile("\n".join(lines), "page.py", "exec"), {"__name__": "page"})

@@ -33,7 +33,7 @@ def ratios(name: str, accuracy: str, **keywords: float) -> tuple[float, float, f
 
 @pytest.fixture(scope="module")
 def finest() -> dict[str, tuple[float, float, float]]:
-    """With 640 windows and 5 120 steps in a contact."""
+    """A run with 640 windows and 5 120 steps in a contact."""
     found = {}
     for name, structure in STRUCTURES.items():
         time = hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31), structure).interface.contact_time

@@ -53,7 +53,7 @@ ALL = list(range(len(MIXED)))
 
 
 def test_a_batch_of_all_sorts_is_its_runs() -> None:
-    """Against CoSimulation with the same steps: the same numbers, to rounding."""
+    """CoSimulation with the same steps gives the same numbers, to rounding."""
     runs = hl.batch(mixed, until=2e-4, save_every=2e-6, number=ALL)
     for i in ALL:
         alone = mixed(i).run(until=2e-4, save_every=2e-6)

@@ -69,7 +69,7 @@ def test_clipped_samples(level: float, step: float, sign: float) -> None:
 @pytest.mark.parametrize("step", [0.0, 0.2, 0.5, 1.0])
 @pytest.mark.parametrize("level", [0.0, 0.1, 0.5])
 def test_a_quantised_top_is_not_clipped(step: float, level: float) -> None:
-    """Nor is a record of exact zeros at its lowest level."""
+    """A record of exact zeros is not clipped at its lowest level either."""
     force = np.maximum(waves(), 0.0) + noise(level)
     force = np.round(force / step) * step if step else force
     with warnings.catch_warnings():

@@ -147,7 +147,7 @@ def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str, monk
 
 
 def test_window_converges_with_order_two() -> None:
-    """Against tiny windows, at a fixed and small step of the chain."""
+    """The reference has tiny windows; the step of the chain is fixed and small."""
 
     def displacement(window: float) -> float:
         simulation = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"], window=window, dt=1e-8)

@@ -159,7 +159,7 @@ def test_no_verdict_stands_where_the_model_does_not_fit(build: Any, ranges: Any)
 
 
 def test_a_discrepancy_widens_the_interval_and_noise_that_is_too_low_explains_nothing() -> None:
-    """By √(1 + s²) and more: what is correlated over n samples does not average out over them."""
+    """The factor is √(1 + s²) or more: an error that is correlated over n samples does not average out over them."""
     signal = tap(wall(3e9))
     given: dict[str, Any] = {"until": UNTIL, "guess": {"modulus": 3.02e9}, "modulus": (2e9, 4.5e9)}
     exact, wide = (hl.identify(signal, wall, discrepancy=d, **given) for d in (0.0, 0.01))
@@ -184,7 +184,7 @@ def test_two_different_fits_are_both_reported() -> None:
 
 
 def test_an_unknown_at_the_end_of_its_range_is_said_to_be_there() -> None:
-    """So far from the truth that the fit is at an end, so near that noise hides it."""
+    """The range is so far from the truth that the fit is at an end, and so near that noise hides this."""
     with pytest.warns(hl.HertzlinkWarning, match="at the end of its range; widen it"):
         found = hl.identify(tap(wall(3e9), noise=0.1), wall, until=UNTIL, modulus=(3.1e9, 20e9))
     assert found.explained

@@ -35,7 +35,7 @@ def test_a_modulus_that_an_elastic_model_finds_of_a_wall_that_yields() -> None:
 
 
 def test_nothing_is_said_of_yield_where_the_best_fit_does_not() -> None:
-    """Though fast strikers at the other end of the range would dent the wall."""
+    """Fast strikers at the other end of the range would dent the wall, but do not count."""
 
     def build(impact_speed: float) -> hl.CoSimulation:
         wall = hl.half_space(hl.STEEL_440C)

@@ -22,7 +22,7 @@ def input_of(run: xr.Dataset) -> dict[str, Any]:
 
 
 def test_a_large_plate_is_reduced_and_the_result_says_so() -> None:
-    """It moves as the whole one, within the estimated error."""
+    """It moves like the unreduced plate, within the estimated error."""
     assert PLATE.size > 600
     simulation = hl.CoSimulation(CHAIN, PLATE)
     run, whole = simulation.run(UNTIL), simulation.replace(reduce=False).run(UNTIL)

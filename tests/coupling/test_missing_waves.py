@@ -102,7 +102,7 @@ def test_a_record_that_ends_within_a_second_wave_says_so(of: str, sensor: int, r
 
 
 def test_a_record_that_ends_between_waves_says_nothing_of_a_second(run: xr.Dataset) -> None:
-    """On a hard wall nothing follows the first wave for 100 µs but its return from the struck end, which goes on."""
+    """On a hard wall the first wave is followed, for 100 µs, only by its return from the struck end."""
     arrives = hl.reflections(run, 7).primary.arrival
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -39,7 +39,7 @@ def patch_mean(motion: xr.Dataset, patch: float) -> np.ndarray:
 
 
 def test_the_patch_sinks_as_the_runs_contact(run: xr.Dataset) -> None:
-    """Within 0.1 % at every time, recomputed by the reduced structure and by the full one, which move alike."""
+    """It agrees within 0.1 % at every time, recomputed by the reduced and by the full structure, which agree."""
     times = peak_time(run) + np.arange(-40e-6, 30e-6, 10e-6)
     full, reduced = (hl.plots.motion(run, structure, times) for structure in (FULL, BODY))
     for motion, tolerance in ((reduced, 1e-3), (full, 2e-3)):

@@ -60,7 +60,7 @@ def answering(answer: Any, kind: type = Sound) -> Any:
 @pytest.mark.thorough
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_black_box_does_as_the_structure_that_it_is(scheme: str) -> None:
-    """Of one contact point and of two."""
+    """The structure has one contact point, or two."""
     matrices = [np.array([[value]]) for value in (Sound.mass, Sound.stiffness, Sound.damping)]
     one = hl.Structure(*matrices, np.ones(1), 0.0, STEEL)
     pair = hl.Structure(*(np.kron(np.eye(2), matrix) for matrix in matrices), np.eye(2), 0.0, STEEL)

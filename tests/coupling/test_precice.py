@@ -273,7 +273,7 @@ def test_shorter_steps_than_the_window_of_precice_change_nothing(double: type[Do
 def test_vectors_are_taken_along_the_direction(
     double: type[Double], configuration: Path, cosimulation: xr.Dataset, sizes: tuple[int, int]
 ) -> None:
-    """By other names; the chain pushes down, z points up. A displacement may be a scalar beside a force."""
+    """The data have other names; the chain pushes down, z points up. A displacement may be a scalar beside a force."""
     double.called, double.sizes, double.until = ("Beads", "Tip", "w", "F"), sizes, 4e-4
     names = {"participant": "Beads", "mesh": "Tip", "displacement": "w", "force": "F"}
     given = {"direction": (0, 0, -2.0), "positions": [(0.1, 0.2, 0.0)]}
@@ -316,7 +316,7 @@ def test_windows_that_do_not_converge_are_counted(
 
 
 def test_a_coarse_window_is_reported(double: type[Double], configuration: Path) -> None:
-    """As CoSimulation does: fewer than eight in a contact. The chain's steps within are 1/64 of a contact."""
+    """As in CoSimulation, it is one of fewer than eight in a contact. The chain's steps in it are 1/64 of a contact."""
     double.window, double.until = 1e-5, 2e-4
     with pytest.warns(hl.HertzlinkWarning, match=r"time-window-size = 10 µs: is coarse .* take at most 4\.63 µs"):
         run = hl.run_in_precice(CHAIN, configuration, SURFACE)

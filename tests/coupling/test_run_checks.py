@@ -181,7 +181,7 @@ def test_a_record_that_ends_too_early(good: xr.Dataset, until: float) -> None:
 
 
 def test_a_record_that_holds_the_wave_in_mid_chain(good: xr.Dataset) -> None:
-    """Also where a dashpot keeps the bead from being silent between the waves."""
+    """It causes no warning, even if a dashpot keeps the bead from being silent between the waves."""
     beads = [hl.Sphere(4.29e-3, material) for material in 6 * (HARD, hl.PTFE)]
     dashpots = hl.Chain(beads, beads[0], 0.4, dissipation=hl.LinearDashpot(5.66))
     lossy = hl.CoSimulation(dashpots, hl.infinite_plate(2e-3, HARD))
@@ -352,7 +352,7 @@ def test_a_push_that_is_too_short_for_the_mesh(make: Any, coarse: float, cure: s
 
 
 def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Between the calls Ctrl-C ends a run."""
+    """Ctrl-C can end a run between the calls."""
     whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
     calls, real = [], loop.run_windows
     monkeypatch.setattr("coupling.engine.UNBROKEN", 1e4)

@@ -70,8 +70,8 @@ ORDERS = [
 @pytest.mark.thorough
 @pytest.mark.parametrize(("name", "structure", "motion", "energy"), ORDERS)
 def test_orders_in_the_window(name: str, structure: str, motion: float, energy: float | None) -> None:
-    """Of the surface's motion, root mean square against the monolithic reference; of AR in strong schemes, where its
-    error has no other terms; and of the energy that explicit schemes create."""
+    """The orders of the surface's motion, root mean square against the monolithic reference; of AR in strong schemes,
+    where its error has no other terms; and of the energy that explicit schemes create."""
     exact, scheme = reference(structure), SCHEMES[name]
     if name in EXPLICIT:
         scheme = hl.Explicit(scheme.predictor, tolerance=None)  # type: ignore[attr-defined]
@@ -98,7 +98,7 @@ def test_the_condensed_interface_makes_no_energy_on_hard_cases(case: str) -> Non
 
 
 def lossy(gravity: float) -> hl.Chain:
-    """With dashpots."""
+    """The chain with dashpots."""
     return hl.Chain([BEAD] * 14, BEAD, 0.31, gravity=gravity, dissipation=hl.LinearDashpot(5.0))
 
 

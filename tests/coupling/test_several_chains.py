@@ -44,7 +44,7 @@ TIPS = hl.Structure(
 
 
 def plate(x: list[float], y: list[float], face: Any = "front") -> hl.Structure:
-    """As oscillators."""
+    """A plate as oscillators."""
     return hl.reduce(WHOLE.at(x, y, face=face), until=UNTIL)
 
 

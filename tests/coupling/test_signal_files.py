@@ -106,7 +106,7 @@ def test_units_that_are_not_understood(tmp_path: Path, head: str, said: str) -> 
 
 
 def test_the_unit_that_is_given_wins(tmp_path: Path) -> None:
-    """Of a file in ms whose head says s."""
+    """The file is in ms, but its header says s."""
     path = written(tmp_path / "scope.csv", ["time (s),U (V)", *table(second=1e3)])
     with pytest.warns(hl.HertzlinkWarning, match="gives 's' for the times of column 1; 'ms' is used"):
         data = hl.read_signal(path, {7: 1}, time_unit="ms", calibration=10.0)

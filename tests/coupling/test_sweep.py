@@ -41,7 +41,7 @@ def test_two_axes_equal_single_runs() -> None:
 @pytest.mark.thorough
 @pytest.mark.usefixtures("cores")
 def test_processes_change_nothing() -> None:
-    """Nor does their usual number, one for each core."""
+    """Their usual number, one for each core, changes nothing either."""
     one, two, usual = (
         hl.sweep(on_half_space, until=4e-4, radius=[2e-3, 3e-3, 4e-3], **jobs)
         for jobs in ({"jobs": 1}, {"jobs": 2}, dict[str, int]())

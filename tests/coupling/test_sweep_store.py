@@ -68,7 +68,7 @@ def _forget_calls() -> None:
 
 
 def unwarned(runs: xr.Dataset) -> xr.Dataset:
-    """Without the attribute that counts points, and names one by its axes in their order."""
+    """A sweep without its attribute of warnings, which counts points and names one by its axes in their order."""
     return runs.assign_attrs(warnings="")
 
 
@@ -215,7 +215,7 @@ class Case:
 
 
 def test_objects_are_told_apart() -> None:
-    """By class and by everything that builds them."""
+    """They differ by class and by everything that builds them."""
     bead = hl.Sphere(2e-3, hl.PTFE)
     values = [bead, hl.Sphere(2e-3, hl.ACRYLIC), hl.HollowSphere(2e-3, 1e-3, hl.PTFE), hl.Chain([bead] * 2, bead, 0.3)]
     values += [hl.Chain([bead] * 2, bead, 0.4), Case("a", (1.0,)), {"name": "a", "sizes": [1.0]}, ["a", [1.0]]]
@@ -364,7 +364,7 @@ def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 def test_kernels_that_are_compiled_are_said_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """By the process that starts the others, and not by those."""
+    """The process that starts the others says it; those do not."""
     monkeypatch.setattr(compiling, "EMPTY", True)
     compiling.say.cache_clear()
     swept(jobs=2, radius=RADII[:1])

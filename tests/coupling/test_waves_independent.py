@@ -43,7 +43,7 @@ def test_the_finder_and_the_eye_agree() -> None:
 @pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
 def test_a_small_change_of_a_radius_changes_little() -> None:
-    """By 0.1 %: the same pulse is found. Where it is another, whose TOF differs by more than 1 %, a warning said so.
+    """The change is 0.1 %: the same pulse is found. If another one is, with a TOF 1 % apart, there was a warning.
 
     AR itself may change by some percent: beads that rattle scatter the wave, and the eye's AR changes as much.
     """

@@ -59,7 +59,7 @@ def test_an_alloy_of_any_modulus_bends_like_another_plate() -> None:
 
 @pytest.mark.thorough
 def test_the_contact_shows_the_modulus() -> None:
-    """Where its stiffness follows from the plate's modulus; distance, thickness and speed unknown."""
+    """The contact's stiffness follows from the plate's modulus; distance, thickness and speed are unknown."""
 
     def build(distance: float, thickness: float, modulus: float, impact_speed: float) -> hl.CoSimulation:
         return edge(distance, thickness, impact_speed, modulus, known=False)

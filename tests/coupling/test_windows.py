@@ -35,7 +35,7 @@ def test_windows_are_as_many_as_the_scheme_needs(scheme: Any) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("case", ["rod", "layered rod", "plate", "chattering", "light"])
 def test_amplitude_ratios_are_within_three_tolerances(case: str) -> None:
-    """From 1e-3 to 1e-6, over three decades; then the chain's own steps decide, by 2e-6."""
+    """Tolerances go from 1e-3 to 1e-6; at the end the chain's own steps decide, by 2e-6."""
     if case in CASES:
         struck, body, until, exact = *(one[0] for one in CASES[case]()[:2]), CASES[case]().until, REFERENCE[case][0]
     else:

@@ -19,7 +19,7 @@ STEP = 0.4e-6
 
 @dataclass(frozen=True)
 class Case:
-    """So many equal spheres of a radius, m, struck by another one, the last of them on the wall; for `until` s."""
+    """A number of equal spheres of a radius, m, struck by another one, the last of them on the wall; for `until` s."""
 
     wall: Wall
     beads: int = 20
@@ -91,7 +91,7 @@ def _hertz(case: Case) -> Numbers:
 
 
 def _echo_weights(wall: Wall, step: float, count: int) -> Numbers:
-    """Of the forces now, one step ago, two, ...: what the echo adds to the displacement of the wall, m/N."""
+    """Weights, m/N, of the forces now, one step ago, two, ... in the echo's part of the wall's displacement."""
     twice = second_integral(wall, step, count + 1)
     # An echo begins at zero; what precedes the first wave is the error of its inversion.
     twice[0] = 0.0

@@ -67,7 +67,7 @@ def test_stresses_below_the_contact_are_hertzs() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
 def test_a_squeezed_bead_is_its_own_mirror_image(bead: hl.Sphere) -> None:
-    """And its mid-plane bears the force, without shear."""
+    """Its mid-plane bears the force, without shear."""
     field, displacement, stress = squeezed(bead, 6)
     points = np.round(field.grid.points / bead.radius, 9) + 0.0
     order, image = np.lexsort(points.T), np.lexsort((points * [1.0, 1.0, -1.0]).T)

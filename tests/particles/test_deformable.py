@@ -115,7 +115,7 @@ def test_verlet_has_order_two(loss: Any) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("modes", [1, 2, 4, 9])
 def test_even_compression_is_that_of_the_law(law: Any, modes: int) -> None:
-    """Whatever the modes are, the mid-planes of beads pressed equally on both sides approach by the law of both."""
+    """For any number of modes, the mid-planes of beads pressed equally on both sides approach by the law of both."""
     chain = hl.DeformableChain([BEAD] * 4, None, preload=5.0, modes=modes, law=law)
     moving = moving_chain(chain, SURFACE)
     assert -np.diff(moving.rest[2:5]) == pytest.approx(np.full(2, law.approach(5.0)), rel=1e-9)

@@ -16,7 +16,7 @@ LAST_SPEEDS = (-0.0341497, -0.0141508, 0.0665622, 0.481738)
 
 
 def passages(time: Any, force: Any) -> tuple[Any, Any, Any]:
-    """Of each contact: impulse, the time of the force's centroid, and its peak by a parabola over 3 µs."""
+    """The impulse of each contact, the time of its force's centroid, and its peak by a parabola over 3 µs."""
     impulse = trapezoid(force, time, axis=0)
     arrival = trapezoid(force * time[:, None], time, axis=0) / impulse
     peaks = []

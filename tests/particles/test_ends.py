@@ -36,7 +36,7 @@ def still(time: float) -> Vector:
 
 
 def waving(time: float) -> Vector:
-    """Both surfaces move by a few micrometres, and by other amounts."""
+    """Both surfaces move by a few micrometres, and not equally."""
     return np.array([2e-6 * np.sin(3e4 * time), -3e-6 * np.sin(5e4 * time)])
 
 

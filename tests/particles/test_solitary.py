@@ -25,14 +25,14 @@ EXPONENTS = st.floats(1.05, 4.0)
 
 
 def equation_1_9(total: float, preload: float) -> float:
-    """Without its coefficient, f_r = F_m/F_0."""
+    """Equation 1.9 without its coefficient, f_r = F_m/F_0."""
     f = total / preload
     root = (4.0 * MODULUS**2 * preload / (D**2 * DENSITY**3)) ** (1.0 / 6.0)
     return float(root / (f ** (2 / 3) - 1.0) * sqrt(4.0 / 15.0 * (3.0 + 2.0 * f ** (5 / 3) - 5.0 * f ** (2 / 3))))
 
 
 def equation_1_10(force: float) -> float:
-    """Without its coefficient."""
+    """Equation 1.10 without its coefficient."""
     return float((2.0 * MODULUS / (D * DENSITY**1.5)) ** (1.0 / 3.0) * force ** (1.0 / 6.0))
 
 

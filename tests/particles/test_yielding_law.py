@@ -169,7 +169,7 @@ def test_order_of_convergence(law: YieldingLaw) -> None:
 
 
 def velocities(made: hl.Chain, dt: float) -> Any:
-    """After an impact, m/s."""
+    """The velocities after an impact, m/s."""
     moving = hl.stepping.MovingChain(made, hl.Surface(hl.STEEL_316), dt=dt)
     return moving.advance(moving.start(), (0.0, 0.0), 8e-5)[0].velocity
 

@@ -69,7 +69,7 @@ def sandwich_compliance(material: hl.Material, thickness: float, core: hl.Materi
 
 @pytest.mark.parametrize("modulus", [69e9, 3e9, 0.5e9])
 def test_shear_stiffness_of_a_symmetric_sandwich(modulus: float) -> None:
-    """Of a soft core nearly G d²/c with the distance d of the faces' middles and the core's thickness c."""
+    """With a soft core it is nearly G d²/c, with the distance d of the faces' middles and the core's thickness c."""
     face, core = hl.Material(69e9, 0.33, 2700.0), hl.Material(modulus, 0.33, 2000.0)
     section = hl.Laminate([hl.Ply(face, 1e-3), hl.Ply(core, 4e-3), hl.Ply(face, 1e-3)]).section()
     assert section.shear == pytest.approx(np.eye(2) / sandwich_compliance(face, 1e-3, core, 4e-3), rel=1e-4, abs=1.0)
@@ -78,7 +78,7 @@ def test_shear_stiffness_of_a_symmetric_sandwich(modulus: float) -> None:
 
 
 def test_indentation_of_equal_layers_is_that_of_one() -> None:
-    """By elements through the thickness as by the closed form."""
+    """Elements through the thickness give the same as the closed form."""
     layers = hl.Laminate([hl.Ply(ALUMINIUM, 1e-3), hl.Ply(ALUMINIUM, 2e-3)]).section()
     for radius in (0.8e-3, 1.5e-3):
         expected = remaining_flexibility(homogeneous_section(3e-3, ALUMINIUM), radius)

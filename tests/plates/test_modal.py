@@ -92,7 +92,7 @@ def test_before_other_echoes_it_is_the_exact_half_plane(edge: str) -> None:
 def test_it_is_the_plate_of_a_fine_mesh(
     edges: tuple[str, ...], sides: tuple[float, float], place: tuple[float, float], near: float
 ) -> None:
-    """On and off the middle lines; in a corner and between unlike edges as well."""
+    """It is struck on and off the middle lines, in a corner, and between unlike edges."""
     mesh = plate_of(*sides, edges, frequency=200e3).at(*place)
     expected = ratio(hl.reduce(mesh, UNTIL, 1e-3, 1200))
     assert ratio(hl.ModalPlate(plate_of(*sides, edges), UNTIL).at(*place)) == pytest.approx(expected, abs=near)

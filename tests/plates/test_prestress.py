@@ -63,7 +63,7 @@ def test_other_elements(kind: str, within: float) -> None:
 def test_a_plate_that_buckles_is_refused(
     held: str, forces: tuple[float, float, float], factor: float, within: float
 ) -> None:
-    """Also where it buckles in a way that the contact does not excite."""
+    """It is refused even if it buckles in a way that the contact does not excite."""
     below, above = (
         square("kirchhoff", *(part * factor * EULER * one for one in forces), held=held, highest_frequency=1e4)
         for part in (1.0 - within, 1.0 + within)
@@ -86,7 +86,7 @@ def test_a_plate_that_buckles_is_refused(
 def test_a_stress_beyond_yield_is_told(
     forces: tuple[float, float, float], mises: float, recwarn: pytest.WarningsRecorder
 ) -> None:
-    """By von Mises; a stress that is given for a force per length is told so too."""
+    """Von Mises's stress counts; a stress that is given in place of a force per length causes the same warning."""
     held, at_yield = hl.Supports(*["clamped"] * 4), 276e6 * THICKNESS / mises
     for factor, told in ((0.99, 0), (1.01, 1), (1e3, 1)):
         stress = hl.Prestress(*(factor * at_yield * one for one in forces))

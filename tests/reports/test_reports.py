@@ -262,7 +262,7 @@ def test_page_escapes_all_text() -> None:
 
 
 def test_a_style_of_the_user_does_not_reach_a_report(tmp_path: Path) -> None:
-    """Such as one that needs LaTeX."""
+    """The style needs LaTeX."""
     with matplotlib.rc_context({"text.usetex": True, "svg.fonttype": "none"}):
         page = check_page(made(tmp_path, signal()))
     assert page.tags.count("img") == 1

@@ -144,7 +144,7 @@ def test_captions_need_no_other_text() -> None:
 
 @pytest.mark.thorough
 def test_figures_of_a_study_can_be_read_without_the_thesis(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And its file holds all that its table and figures need."""
+    """The file of a study holds all that its table and figures need."""
     name = "rod-length"
     monkeypatch.setattr("hertzlink.studies.command.study", study)
     assert command("study", name, "--quick", "--jobs", "1", "--output", "ran")[0] == 0

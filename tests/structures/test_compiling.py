@@ -145,7 +145,7 @@ def test_what_is_cut_is_compiled(
 def test_without_a_folder_kernels_last_as_long_as_the_process(
     printed: Callable[..., Any], tmp_path: Path, settings: dict[str, str]
 ) -> None:
-    """As in a read-only installation without a home folder. A process that this one starts finds them."""
+    """The installation is read-only, without a home folder. A process that this one starts finds the kernels."""
     nowhere = {"HOME": "/proc/none", "XDG_CACHE_HOME": "", "TMPDIR": str(tmp_path)}
     numbers, found, lines = printed(LAW, "particles.kernels.laws", "", "child", **nowhere, **settings)
     assert (numbers, found) == ([6.0, 6.0], True)

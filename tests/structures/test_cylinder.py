@@ -46,7 +46,7 @@ def test_free_cylinder_moves_along_its_axis_without_cost() -> None:
 
 @pytest.mark.parametrize(("poisson_ratio", "tolerance"), [(0.28, 5e-4), (0.46, 1e-3)])
 def test_patch_indents_a_large_cylinder_as_it_does_a_half_space(poisson_ratio: float, tolerance: float) -> None:
-    """Beyond 16 (1 − ν²)/(3 π² E a) there is only what the cylinder's size adds, which does not know the patch."""
+    """Beyond 16 (1 − ν²)/(3 π² E a) there is only a part by the cylinder's size, whatever the patch is."""
     large = hl.Layer(hl.Material(200e9, poisson_ratio, 7800.0), 0.1, 0.1)
     beyond = []
     for patch in (0.25e-3, 0.5e-3, 1e-3):
@@ -67,7 +67,7 @@ def test_patch_compliance_converges_with_the_mesh() -> None:
 
 @BilinearForm
 def elastic_energy(u, v, w):  # type: ignore[no-untyped-def]
-    """Of a body of revolution with Lamé's parameters w.lame and w.shear."""
+    """The energy of a body of revolution with Lamé's parameters w.lame and w.shear."""
     r = w.x[0]
     strain, virtual, hoop = sym_grad(u), sym_grad(v), u[0] * v[0] / r**2
     sums = (trace(strain) + u[0] / r) * (trace(virtual) + v[0] / r)

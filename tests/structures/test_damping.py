@@ -20,7 +20,7 @@ CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)
 
 
 def dynamic_stiffness(structure: hl.Structure, omega: float) -> complex:
-    """Of the contact point, N/m, were there no mass."""
+    """The dynamic stiffness of the contact point without mass, N/m."""
     assert structure.damping is not None
     matrix = structure.stiffness.toarray() + 1j * omega * structure.damping.toarray()
     return complex(1.0 / (structure.contact @ np.linalg.solve(matrix, structure.contact)))
@@ -121,7 +121,7 @@ def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
 
 @pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])
 def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
-    """As many arms as there are ways to stretch, and K with the arms relaxed is what it was."""
+    """There are as many arms as ways to stretch, and K with relaxed arms is unchanged."""
     rod = hl.rod(LAYERS, base=base)
     arms = maxwell_arms(hl.damping.damped(rod, StandardLinearSolid(0.5, 1e-5)))
     assert arms is not None
@@ -133,7 +133,7 @@ def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
 @pytest.mark.parametrize("damp", [Rayleigh(500.0, 1e-7), Rayleigh(1e3)])
 @pytest.mark.parametrize("base", ["fixed", "free"])
 def test_rayleigh_stays_diagonal_in_a_reduction(damp: Rayleigh, base: str) -> None:
-    """So a reduced structure stays one of oscillators, whose rates are α + β ω² exactly."""
+    """A reduced structure still consists of oscillators, whose rates are α + β ω² exactly."""
     note = hl.damping.damped(ROD, damp).origin["damping"][0]
     reduced = hl.reduce(hl.damping.damped(hl.rod(LAYERS, base=base), damp), until=1e-3)
     assert reduced.is_modal
@@ -156,7 +156,7 @@ DAMPED = {
 
 @pytest.mark.parametrize("name", DAMPED)
 def test_reduced_and_full_give_one_amplitude_ratio(name: str) -> None:
-    """Both waves within 1e-3, and no energy lost but to the damping."""
+    """Both waves agree within 1e-3, and only damping takes energy."""
     reduced = hl.reduce(DAMPED[name], until=1.2e-3)
     assert reduced.size < DAMPED[name].size
     runs = [hl.CoSimulation(CHAIN, structure, reduce=False).run(1.2e-3) for structure in (DAMPED[name], reduced)]

@@ -68,7 +68,7 @@ def test_millimetres_and_tonnes_change_nothing() -> None:
 
 
 def test_a_beam_of_abaqus_deflects_as_beams_do() -> None:
-    """As docs/meshes.md reads what Abaqus writes."""
+    """The lines of docs/meshes.md read the file that Abaqus wrote."""
     rows = np.array([line.split(",") for line in CANTILEVER.split("\n") if line], dtype=float)
     labels, place = np.unique(rows[:, :4].astype(int).reshape(-1, 2), axis=0, return_inverse=True)
     i, j = place.reshape(-1, 2).T

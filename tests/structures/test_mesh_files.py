@@ -214,7 +214,7 @@ def test_a_crack_is_warned_of() -> None:
 
 
 def test_cells_that_are_listed_twice() -> None:
-    """As MSH 2.2 writes a volume of two groups: once each, with both tags."""
+    """MSH 2.2 lists the cells of a volume in two groups twice; they count once, with both tags."""
     twice = np.concatenate([BRICKS, BRICKS[::3, ::-1][:, [3, 2, 1, 0, 7, 6, 5, 4]]])
     mesh = meshio.Mesh(POINTS, [("hexahedron", twice)], cell_data={"part": [np.repeat([1, 2], [27, 9])]})
     with pytest.warns(hl.HertzlinkWarning, match="9 of 36 cells are duplicates"):

@@ -15,7 +15,7 @@ def threads() -> set[int]:
 
 @pytest.fixture(autouse=True)
 def two() -> Iterator[None]:
-    """As on a machine with two cores, whatever this one has and its environment says."""
+    """Two threads, as on a machine with two cores, whatever this machine and its environment have."""
     with threadpool_limits(2, "blas"):
         if threads() != {2}:
             pytest.skip(f"this BLAS takes {threads()} threads where two are asked for")

@@ -194,7 +194,7 @@ def test_round_faces_can_be_struck() -> None:
 def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
     bent: tuple[float, float], given: float, told: str | None, recwarn: pytest.WarningsRecorder
 ) -> None:
-    """Of paraboloids z = −(p x² + q y²)/2R with R = 30 mm: the mean (p + q)/2R of the principal curvatures."""
+    """Paraboloids z = −(p x² + q y²)/2R with R = 30 mm have the mean curvature (p + q)/2R."""
     mesh = box("hexahedron", cells=6)
     x, y, _ = mesh.points.T
     mesh.points[:, 2] *= 1.0 - (bent[0] * (x - TOP[0]) ** 2 + bent[1] * (y - TOP[1]) ** 2) / (2.0 * 0.03 * SIDE)

@@ -70,7 +70,7 @@ def test_large_damping_is_examined_when_it_is_used() -> None:
 
 
 def test_matrices_are_shared_by_those_who_are_given_them() -> None:
-    """And by structures that differ in damping or contact alone."""
+    """Structures that differ only in damping or contact share them, too."""
     shared = Matrices(MASS, SPRING)
     one, other = (
         hl.Structure(shared.mass, shared.stiffness, None, b, 0.0, STEEL, matrices=shared) for b in ([0, 1], [1, 0])

@@ -87,7 +87,7 @@ def test_contact_time_solves_6_6(mass: float, stiffness: float, speed: float) ->
 
 
 def half_period(ratio: float) -> float:
-    """Of a rod, fixed at its base, with a mass at its end; M_l/M_u = ratio, in units of L/c: α tan α = M_l/M_u."""
+    """Half a period of a fixed rod with a mass at its end; M_l/M_u = ratio, in units of L/c: α tan α = M_l/M_u."""
     return float(pi / brentq(lambda x: x * np.sin(x) - ratio * np.cos(x), 0.0, pi / 2.0, xtol=1e-15))
 
 

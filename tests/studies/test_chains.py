@@ -33,7 +33,7 @@ def test_yield_speed_is_johnsons() -> None:
 
 @pytest.mark.thorough
 def test_the_drag_of_the_thesis() -> None:
-    """With the mass by geometry within 1 %; with the printed 0.45 g every digit. Striker like the beads, g = 0."""
+    """The mass by geometry gives it within 1 %, the printed 0.45 g to every digit. Striker like the beads, g = 0."""
     steel = quick("dissipation").peak.sel(material="steel 316", sensor=list(dissipation.SENSORS))
     assert steel.sel(law="drag").values == pytest.approx(DRAG, rel=1e-2)
     assert steel.sel(law="undamped").values == pytest.approx([66.1] * 8, rel=1e-2)

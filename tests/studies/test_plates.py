@@ -21,7 +21,7 @@ CROSSINGS = [
 
 @pytest.mark.thorough
 def test_amplitude_ratio_at_the_centre_is_that_of_zeners_restitution() -> None:
-    """Within 0.04 of e^(6/5) below D/t = 4; negligible above 5 (section 6.2.1); a large plate is an infinite one."""
+    """AR is within 0.04 of e^(6/5) below D/t = 4, and negligible above 5 (section 6.2.1); a large plate is infinite."""
     data = quick("aspect-ratio").amplitude_ratio.fillna(0.0)
     for diameter, thickness in ((d, t) for d in data.diameter.values for t in data.thickness.values):
         ratio, at = diameter / thickness, data.sel(diameter=diameter, thickness=thickness)

@@ -22,7 +22,7 @@ from hertzlink.studies import contact_law, cylinders, ellipsoids, hollow_spheres
     ],
 )
 def test_speeds_that_were_recomputed(study: str, case: str, recomputed: float) -> None:
-    """By an independent program, with the thesis's approximate b/a: 0.1 % in k, 0.03 % in speed."""
+    """An independent program with the thesis's approximate b/a agrees to 0.1 % in k and 0.03 % in speed."""
     assert quick(study).case_wave_speed.sel(case=case).item() == pytest.approx(recomputed, rel=1e-3)
 
 
@@ -47,7 +47,7 @@ def test_hertzian_chains_obey_long_wave_theory() -> None:
 
 
 def test_a_width_is_a_speed_times_a_duration() -> None:
-    """Of a pulse cos⁶ of known length: 1 % to 1 % is 2/π arccos(0.01^(1/6)) of it."""
+    """A pulse cos⁶ of known length exceeds 1 % of its peak over 2/π arccos(0.01^(1/6)) of it."""
     time = np.linspace(0.0, 1.0, 401)
     pulse = np.where(abs(time - 0.5) < 0.25, np.cos(2.0 * np.pi * (time - 0.5)), 0.0) ** 6
     expected = 0.5 * 2.0 / np.pi * np.arccos(0.01 ** (1.0 / 6.0))
@@ -138,5 +138,5 @@ def test_laws_by_finite_elements() -> None:
 
 
 def found_exponent() -> float:
-    """That of steel spheres."""
+    """The exponent of steel spheres."""
     return float(found("contact-law")["exponent n, steel spheres"][""])  # type: ignore[arg-type]

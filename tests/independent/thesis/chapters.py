@@ -10,5 +10,5 @@ CHAPTERS: tuple[Chapter, ...] = (
 
 
 def entries(*groups: str) -> list[Entry]:
-    """Of these groups, or all."""
+    """The entries of these groups, or all."""
     return [one for chapter in CHAPTERS if not groups or chapter.group in groups for one in chapter.entries]

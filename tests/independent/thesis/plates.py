@@ -111,7 +111,7 @@ _factor_entry(19.1, "lambda_D19p1", "5.15 - 1.16", "equation 6.37; t = 2.29, 3.1
 
 
 def contacts(diameter: float, thicknesses: tuple[float, ...], tolerance: float, printed: tuple[float, ...]) -> Variants:
-    """By convention, and with the printed λ and T_c,0 of 8000 kg/m³, µs."""
+    """Contact times, µs, by convention, and with the printed λ and T_c,0 of 8000 kg/m³."""
     found: dict[str, list[float]] = {
         key: [contact(diameter, inelasticity(diameter, t, one), one, tolerance) * 1e6 for t in thicknesses]
         for key, one in ALL.items()

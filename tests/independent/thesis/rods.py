@@ -41,7 +41,7 @@ class Loss:
 
     @property
     def pots(self) -> Numbers:
-        """Of each contact, the wall's last."""
+        """The dashpots of all contacts, that of the wall last."""
         return np.concatenate([np.full(BEADS, self.gamma), [self.wall]])
 
 
@@ -92,7 +92,7 @@ class Echo:
 
     @cached_property
     def deepest(self) -> waves.Peak:
-        """When the last bead is farthest, s, and how far from its rest, m."""
+        """The time, s, at which the last bead is farthest from its rest, and its distance, m."""
         rest = float(self.flight.places(0.0)[self.last])
         times = np.arange(0.0, self.flight.until, waves.STEP)
         at = times[np.argmax(self.flight.places(times)[:, self.last])]

@@ -39,7 +39,7 @@ def flight(speed: float, gravity: float, tolerance: float) -> Flight:
 
 
 def speeds(striker: float, effort: Effort) -> dict[str, float]:
-    """By gravity and pair of sensors, m/s."""
+    """Wave speeds by gravity and pair of sensors, m/s."""
     return {
         f"{name}, sensors {pair[0]} and {pair[1]}": waves.speed(flight(striker, g, effort.tolerance), pair, SIZE)
         for name, g in GRAVITIES.items()

@@ -16,7 +16,7 @@ STEP = 0.25e-6
 
 @dataclass(frozen=True)
 class Peak:
-    """When, s, and how high, N."""
+    """The time, s, and the height, N, of a peak."""
 
     time: float
     height: float
