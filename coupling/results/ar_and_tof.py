@@ -94,7 +94,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
         if until > end:
             caution(f"record: {reason}")
             reason = f"the record {reason}"
-        which = "second one" if back else "one"
+        which = "second reflected wave" if back else "reflected wave"
         reason = reason or f"no {which} above {100.0 * smallest:.3g} % of the incident one is in the record"
         back += [NoWave(name, reason) for name in ("primary", "secondary")[len(back) :]]
     return Reflections(Wave(amplitude, arrival), *back)

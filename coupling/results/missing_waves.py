@@ -50,7 +50,7 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int) -> tup
         return f"{where} is {_from_end(found.hops - 1)} the structure, where incident and reflected waves merge", nan
     return (
         f"no wave above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of "
-        f"the record, {readable(ends, 's', 4)}: the structure took it, or it is weaker"
+        f"the record, {readable(ends, 's', 4)}: the structure absorbed it, or it is weaker"
     ), nan
 
 

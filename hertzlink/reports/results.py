@@ -40,7 +40,7 @@ DEFINED = (
 
 WHICH_DISTANCE = "If in doubt, use the greater distance: it is safe on fresh spots and on spots that taps have dented."
 
-SMALLER_BEADS = "The structure takes such a wave, or leaves less than 1 % of it; smaller beads get more of it back."
+SMALLER_BEADS = "The structure absorbs such a wave, or leaves less than 1 % of it; smaller beads get more of it back."
 
 UNSETTLED = "It is not known whether AR has settled at the greatest distance; greater distances show it."
 

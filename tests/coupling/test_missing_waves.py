@@ -107,7 +107,7 @@ def test_a_record_that_ends_between_waves_says_nothing_of_a_second(run: xr.Datas
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for until in np.arange(arrives + 40e-6, arrives + 1e-4, 10e-6):
-            assert "no second one above 1 %" in hl.reflections(upto(run, until), 7).secondary.reason
+            assert "no second reflected wave above 1 %" in hl.reflections(upto(run, until), 7).secondary.reason
 
 
 def test_a_wave_that_is_weaker_than_asked_for_is_no_short_record(run: xr.Dataset) -> None:
