@@ -48,7 +48,7 @@ FIRST_TAP = " on elastic contacts; where a contact yields, a first tap may give 
 
 FRESH_SPOT = (
     "The first tap on a fresh spot dents the metal, which takes energy from the wave. Later taps of the same strength "
-    "find the dent: AR of a thick body is then that of elastic contacts, that of a thin plate stays near the first one."
+    "find the dent: the AR of a thick body is then that of elastic contacts; that of a thin plate stays near the first."
 )
 
 
