@@ -14,6 +14,7 @@ from page_parser import check_page
 
 import hertzlink as hl
 from coupling.inference.identification import unknowns_of
+from coupling.inference.tap_maps import points_of
 from coupling.results.critical_distance import SWALLOWED
 from coupling.results.findings import findings_of
 from hertzlink.cases import Fault, parsed
@@ -334,7 +335,8 @@ def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) ->
     assert "1 point: 1 measured" in said
     assert re.search(r" 0\.\d+ \(0\.\d+ to 0\.\d+\) ", said)
     with xr.open_dataset("wall-map/results.nc") as data:
-        assert map_table(data.assign(fits=data.fits + 1), [*rows], ["measured"]).shown.verdict[0] == "measured*"
+        several = data.assign(fits=data.fits + 1)
+        assert map_table(several, points_of(several)).shown.verdict[0] == "measured*"
 
 
 @pytest.mark.parametrize(

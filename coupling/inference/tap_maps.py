@@ -319,3 +319,19 @@ def where(data: xr.Dataset, point: int) -> str:
     return ", ".join(
         f"{name} = {data[name].values[point] / data[name].attrs['size']:g} {data[name].attrs['unit']}" for name in "xy"
     )
+
+
+def points_of(data: xr.Dataset) -> list[xr.Dataset]:
+    """Return the points of a map, without its nuisances."""
+    names = [name for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
+    return [data.sel(unknown=names).isel(point=k) for k in range(data.sizes["point"])]
+
+
+def place_of(point: xr.Dataset) -> list[str]:
+    """Return x and y of one point, in the units of the table."""
+    return [f"{float(point[name]) / point[name].attrs['size']:g}" for name in "xy"]
+
+
+def verdict_of(point: xr.Dataset) -> str:
+    """Return the verdict that all unknowns of one point share, or all their verdicts."""
+    return ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in point.verdict.values.tolist()))

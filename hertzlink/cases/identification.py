@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from inspect import signature
 from math import inf
 from pathlib import Path as File
@@ -15,10 +14,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from coupling.inference.identification import IDENTIFIED, NUISANCE, Identification, unknowns_of
+from coupling.inference import tap_maps
+from coupling.inference.identification import IDENTIFIED, Identification, unknowns_of
 from coupling.inference.identify import identify
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO
-from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, waves_at, where
 from coupling.results.provenance import versions
 from coupling.signals.conditioning import clean_signal
 from coupling.signals.signals import read_signal
@@ -39,9 +38,9 @@ NOT_IDENTIFIED = 3  # exit code where results are written, but an unknown is not
 Calibration = Annotated[float, Quantity("N/V", "a calibration", "25 N/V", low=-inf)]
 
 
-def _for(function: Callable[..., Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+def arguments_of(function: Callable[..., Any], entries: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entries that are arguments of a function."""
-    return {name: asked[name] for name in signature(function).parameters if name in asked}
+    return {name: entries[name] for name in signature(function).parameters if name in entries}
 
 
 @in_cases(
@@ -49,7 +48,7 @@ def _for(function: Callable[..., Any], asked: Mapping[str, Any]) -> dict[str, An
     also=(read_signal, clean_signal),
     without=("signal", "build", "guess", "ranges", "path", "baseline", "positions"),
 )
-def asked(
+def question(
     sensors: Annotated[
         Mapping[str, Annotated[int, Count(0)]],
         Asks("a table of beads and columns, such as { 7 = 1 } for bead 7 in column 1, counted from 0"),
@@ -63,25 +62,25 @@ def asked(
     **others: Any,
 ) -> dict[str, Any]:
     """The unknowns to find from a measured signal, and how."""
-    each: Any = calibration
-    if isinstance(each, Mapping):
-        each = {int(name): value for name, value in each.items() if name.isdigit()}
-    return {"columns": sensors, "unknowns": unknowns, "nuisances": nuisances, "calibration": each, **others}
+    by_bead: Any = calibration
+    if isinstance(calibration, Mapping):
+        by_bead = {int(bead): value for bead, value in calibration.items() if bead.isdigit()}
+    return {"columns": sensors, "unknowns": unknowns, "nuisances": nuisances, "calibration": by_bead, **others}
 
 
 def question_of(case: Case) -> Task:
     """Return the task of the section [identify], checked: its axes are the ranges of the unknowns."""
-    if (asked := case.identify) is None:
+    if (section := case.identify) is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
     case.only_chain("an identification")
     count = count_of_beads(case, 0)
-    for name in asked["columns"]:
+    for name in section["columns"]:
         if not name.isdigit() or not 1 <= int(name) <= count:
             reason = f'"{name}" is not a bead from 1 to {count}; write {{ 7 = 1 }} for bead 7 in column 1'
             raise Fault(("identify", "sensors", name), reason)
 
     axes: dict[str, Axis] = {}
-    for key, ends in asked["unknowns"].items():
+    for key, ends in section["unknowns"].items():
         place: Path = ("identify", "unknowns", key)
         axis = axis_of(case, key, place, ends)
         if not axis.is_number:
@@ -90,7 +89,7 @@ def question_of(case: Case) -> Task:
             order = f"; the order is wrong: give {[*ends[::-1]]}" if len({*axis.values}) > 1 else ""
             raise Fault(place, f"must have two numbers, the lowest and the highest value{order}")
         axes[axis.name] = axis
-    for i, key in enumerate(asked["nuisances"]):
+    for i, key in enumerate(section["nuisances"]):
         place = ("identify", "nuisances", i)
         if key in OF_SENSORS:
             continue
@@ -103,24 +102,24 @@ def question_of(case: Case) -> Task:
             if not isinstance(value, int | float) or not value > 0.0:
                 raise Fault(place, f'"{key}" has no value in the case; give it a range in identify.unknowns')
             axes[axis.name] = replace(axis, values=[value / WIDE, value * WIDE])
-    return Task(case, tuple(axes.values()), tuple(map(int, asked["columns"])))
+    return Task(case, tuple(axes.values()), tuple(map(int, section["columns"])))
 
 
 def signal_of(task: Task, file: File) -> xr.Dataset:
     """Return the measured signal, conditioned; raise a Fault, or a ValueError that names the file."""
-    asked = task.case.identify
-    columns = {int(bead): column for bead, column in asked["columns"].items()}
+    section = task.case.identify
+    columns = {int(bead): column for bead, column in section["columns"].items()}
     with task.case.located("identify"):
-        signal = read_signal(existing(str(file), file), columns, **_for(read_signal, asked))
+        signal = read_signal(existing(str(file), file), columns, **arguments_of(read_signal, section))
         # The lead is short; identify estimates the noise from all samples.
-        return clean_signal(signal, **_for(clean_signal, asked)).drop_vars("noise")
+        return clean_signal(signal, **arguments_of(clean_signal, section)).drop_vars("noise")
 
 
 def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identification:
     """Return what the signal of a file says about the unknowns, in the units of the case."""
     # Runs last as long as samples count, and a rod has the same mesh at all values.
-    asked = task.case.identify
-    task = replace(task, case=task.case.changed({"run.until": asked["until"], "run.accuracy": "default"}))
+    section = task.case.identify
+    task = replace(task, case=task.case.changed({"run.until": section["until"], "run.accuracy": "default"}))
     body = task.case.all("structure")[0]
     varies = any(name.startswith("structure") for name in task.ranges)
     if body.form.kind == "rod" and "elements" not in body.entries and varies:
@@ -129,9 +128,10 @@ def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identificat
         elements = min(max(map(max, meshes)), MOST_ELEMENTS)
         task = replace(task, case=task.case.changed({"structure.elements": elements}))
 
-    nuisances = [key if key in OF_SENSORS else written(parsed(key)) for key in asked["nuisances"]]
+    nuisances = [key if key in OF_SENSORS else written(parsed(key)) for key in section["nuisances"]]
+    settings = arguments_of(identify, section) | {"nuisances": nuisances}
     try:
-        found = identify(signal, task, **_for(identify, asked) | {"nuisances": nuisances}, **task.ranges)
+        found = identify(signal, task, **settings, **task.ranges)
     except ValueError as error:
         if file is None or not str(error).startswith("signal: "):
             raise
@@ -161,26 +161,7 @@ def answer_of(task: Task, found: Identification) -> Answer:
     return Answer(result, tables, notes[1 + len(unknowns) :], sketched=task(**values), others=best, code=code)
 
 
-def tap_of(case: Case, file: File) -> xr.Dataset:
-    """Return the signal of a file of a map. Without [identify], its columns 1, 2, … are the sensors of [measure]."""
-    if case.identify is not None:
-        return signal_of(question_of(case), file)
-    columns = {sensor: column for column, sensor in enumerate(sensors_of(case, case), 1)}
-    try:
-        signal = read_signal(file, columns, calibration=1.0)  # AR and TOF do not depend on it
-    except ValueError as error:
-        if not str(error).startswith("calibration"):
-            raise
-        signal = read_signal(file, columns)
-    return clean_signal(signal)
-
-
-def fit_at(case: Case, signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
-    """Return what the signal says at a point of a map, whose entries the case gets."""
-    return fit(question_of(case.changed({name: value for name, value in point.items() if "." in name})), signal)
-
-
-def grid_of(case: Case, table: File) -> Grid:
+def grid_of(case: Case, table: File) -> tap_maps.Grid:
     """Return the points of a table, or of points.csv in a folder, checked with the case."""
     unknowns = [] if case.identify is None else [axis.path for axis in question_of(case).axes]
 
@@ -197,34 +178,49 @@ def grid_of(case: Case, table: File) -> Grid:
                 value = float(text)
         return si_value(case, path, value, path)
 
-    return read_grid(table, convert)
+    return tap_maps.read_grid(table, convert)
 
 
-def map_of(case: Case, grid: Grid, keep: File, jobs: int | None) -> Answer:
+def map_of(case: Case, grid: tap_maps.Grid, keep: File, jobs: int | None) -> Answer:
     """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
-    toml, answer = case.to_toml(), waves_at if case.identify is None else partial(fit_at, case)
+
+    def tap(file: File) -> xr.Dataset:
+        """Return the signal of a file. Without [identify], its columns 1, 2, … are the sensors of [measure]."""
+        if case.identify is not None:
+            return signal_of(question_of(case), file)
+        columns = {sensor: column for column, sensor in enumerate(sensors_of(case, case), 1)}
+        try:
+            signal = read_signal(file, columns, calibration=1.0)  # AR and TOF do not depend on it
+        except ValueError as error:
+            if not str(error).startswith("calibration"):
+                raise
+            signal = read_signal(file, columns)  # of a file in newtons
+        return clean_signal(signal)
+
+    def fit_at(signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
+        """Return what a tap says about the case, which gets the entries that the point has."""
+        return fit(question_of(case.changed({name: value for name, value in point.items() if "." in name})), signal)
+
+    toml = case.to_toml()
     keep.mkdir(exist_ok=True)
-    work = Taps(answer, 0.0, partial(tap_of, case), Store(keep, versions()["hertzlink"], toml))
-    data = mapped_taps(grid, work, jobs).assign_attrs(case=toml)
+    answer = tap_maps.waves_at if case.identify is None else fit_at
+    work = tap_maps.Taps(answer, 0.0, tap, Store(keep, versions()["hertzlink"], toml))
+    data = tap_maps.mapped_taps(grid, work, jobs).assign_attrs(case=toml)
     failed = [
-        fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+        fill(f"failed: {tap_maps.where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
         for k, error in enumerate(data.error.values) if error
     ]  # fmt: skip
 
-    # For each point, the verdict that all unknowns share, or all their verdicts.
-    asked = [name for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
-    verdicts = [
-        ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row))
-        for row in data.verdict.sel(unknown=asked).values.tolist()
-    ]
+    points = tap_maps.points_of(data)
+    verdicts = [tap_maps.verdict_of(point) for point in points]
     counts = ", ".join(f"{count} {verdict}" for verdict, count in Counter(verdicts).items())
-    summary = f"{count_of(data.sizes['point'], 'point')}: {counts}"
+    summary = f"{count_of(len(points), 'point')}: {counts}"
     rivals = ["* other values fit as well; the interval contains them"] if (data.fits > 1).any() else []
-    code = 0 if set(verdicts) <= {IDENTIFIED, MEASURED} else NOT_IDENTIFIED
-    return Answer(data, [map_table(data, asked, verdicts)], [*rivals, *failed, summary], code=code)
+    code = 0 if set(verdicts) <= {IDENTIFIED, tap_maps.MEASURED} else NOT_IDENTIFIED
+    return Answer(data, [map_table(data, points)], [*rivals, *failed, summary], code=code)
 
 
-def map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
+def map_table(data: xr.Dataset, points: Sequence[xr.Dataset]) -> Table:
     """Return the map: in the file a row for each point and unknown, on the terminal a row for each point."""
     columns = {
         "x": "x (m)", "y": "y (m)", "unknown": "unknown", "value": "value (SI)", "low": "low", "high": "high",
@@ -232,15 +228,15 @@ def map_table(data: xr.Dataset, asked: list[str], verdicts: list[str]) -> Table:
     }  # fmt: skip
     of_points = data[[name for name in columns if name != "unknown"]]
     frame = of_points.to_dataframe(["point", "unknown"]).reset_index()[[*columns]].rename(columns=columns)
-    last = [name.split(".")[-1] for name in asked]
-    short = dict(zip(asked, last if len({*last}) == len(asked) else asked, strict=True))
+    # The last parts of the unknowns' paths name them, if they differ.
+    names = points[0].unknown.values.tolist()
+    last = [name.split(".")[-1] for name in names]
+    short = dict(zip(names, last if len({*last}) == len(names) else names, strict=True))
     cells = []
-    for k, verdict in enumerate(verdicts):
-        point = data.sel(unknown=asked).isel(point=k)
-        shown = [f"{float(point[along]) / data[along].attrs['size']:g}" for along in "xy"]
+    for point in points:
         unknowns = [replace(one, name=short[one.name]) for one in unknowns_of(point)]
-        shown += ["-" if np.isnan(one.value) else "{} ({})".format(*one.row()[1:3]) for one in unknowns]
-        cells.append([*shown, verdict + "*" * (int(point.fits) > 1)])
+        values = ["-" if np.isnan(one.value) else "{} ({})".format(*one.row()[1:3]) for one in unknowns]
+        cells.append([*tap_maps.place_of(point), *values, tap_maps.verdict_of(point) + "*" * (int(point.fits) > 1)])
     head = [f"{along}, {data[along].attrs['unit']}" for along in "xy"]
     head += [*(one.head for one in unknowns), "verdict"]
     return Table("map.csv", frame, pd.DataFrame(cells, columns=head))

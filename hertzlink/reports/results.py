@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.inference.identification import AT_END, BLIND, IDENTIFIED, NUISANCE, unknowns_of
-from coupling.inference.tap_maps import MEASURED
+from coupling.inference.tap_maps import MEASURED, place_of, points_of, verdict_of
 from coupling.plots import traces
 from coupling.plots.canvas import COLOURS, from_zero, in_words, legend_below, styled
 from coupling.plots.identified import identified
@@ -317,36 +317,27 @@ def identification_page(data: xr.Dataset) -> Page:
 
 def map_page(data: xr.Dataset) -> Page:
     """Return what differs at which points, and maps with their table."""
-    page, count = Page("Map"), data.sizes["point"]
-    names = [name for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
-    data = data.sel(unknown=names)
-    for name in map(str, names):
+    page, points = Page("Map"), points_of(data)
+    for name in points[0].unknown.values.tolist():
         page.sentences.append(difference_in_words(data.sel(unknown=name), name))
         for what, words in (("value", "values"), ("error", "half of the 95 % intervals")):
             draw = partial(mapped, data, name, what)
             page.pictures.append(drawn(f"{name}-{what}".replace(".", "-"), f"{in_words(name)}: {words}.", draw, 4.4))
 
-    points, rows, failed = [data.isel(point=k) for k in range(count)], list[list[str]](), list[list[str]]()
+    rows, failed = list[list[str]](), list[list[str]]()
     for point in points:
-        place = place_of(point)
         found = ["{} ({})".format(*one.row()[1:3]) for one in unknowns_of(point)]
-        verdict = ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in point.verdict.values.tolist()))
-        rows.append([*place, str(int(point.taps)), *found, verdict])
+        rows.append([*place_of(point), str(int(point.taps)), *found, verdict_of(point)])
         if error := str(point.error.item()):
-            failed.append([*place, str(point.files.item()), error])
+            failed.append([*place_of(point), str(point.files.item()), error])
     counts = ", ".join(f"{many} {verdict}" for verdict, many in Counter(row[-1] for row in rows).items())
-    page.sentences.append(f"{count_of(count, 'point')}: {counts}.")
+    page.sentences.append(f"{count_of(len(points), 'point')}: {counts}.")
     along = [f"{axis} ({data[axis].attrs['unit']})" for axis in "xy"]
     heads = [in_words(one.name) + f" ({one.unit})" * bool(one.unit) for one in unknowns_of(points[0])]
     page.tables.append(Table("Points", [*along, "taps", *heads, "verdict"], rows))
     if failed:
         page.tables.append(Table("Points that failed", [*along, "files", "reason"], failed))
     return page
-
-
-def place_of(point: xr.Dataset) -> list[str]:
-    """Return x and y of a point of a map, in the unit of its table."""
-    return [f"{float(point[axis]) / point[axis].attrs['size']:g}" for axis in "xy"]
 
 
 def difference_in_words(one: xr.Dataset, name: str) -> str:
