@@ -91,10 +91,11 @@ def each(check: Callable[[str, float, str], float], name: str, value: Any, unit:
     """Return `value` as an array; raise a ValueError if one of its numbers fails the check."""
     try:
         array = np.asarray(value)
-        numbers = array.astype(float)
+        are_real = array.dtype.kind in "iufO" and value is not None and not isinstance(value, Decimal)
+        numbers = array.astype(float) if are_real else None
     except (TypeError, ValueError, OverflowError):
-        array = np.asarray("")
-    if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
+        numbers = None
+    if numbers is None:
         raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{unit and f', in {unit}'}")
     # Minimum and maximum propagate NaN, so checking these two checks all numbers.
     for extreme in (numbers.min(), numbers.max()) if numbers.size else ():

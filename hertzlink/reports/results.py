@@ -137,15 +137,15 @@ def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
 
         missing = int(ratio.isnull().sum())
         if missing < ratio.size:
-            ends = list[str]()
-            for index in (np.nanargmin(ratio.values), np.nanargmax(ratio.values)):
-                place = np.unravel_index(index, ratio.shape)
-                where = said_of(point_in_words(ratio, ratio.dims, place))
-                ends.append(f"{ratio.values[place]:.3f}" + f" ({where})" * bool(where))
+            places = [np.unravel_index(end(ratio.values), ratio.shape) for end in (np.nanargmin, np.nanargmax)]
+            least, most = (f"{ratio.values[place]:.3f}" for place in places)
+            said = f"is {least}"
+            if least != most:
+                first, last = (said_of(point_in_words(ratio, ratio.dims, place)) for place in places)
+                said = f"lies between {least} ({first}) and {most} ({last})"
             without = f"; {count_of(missing, 'run has', 'runs have')} no primary wave" * bool(missing)
             elastic = FIRST_TAP * any(finding.startswith("yield: ") for finding in findings_of(data))
-            said = f"AR of the primary wave at bead {number} lies between {ends[0]} and {ends[1]}{elastic}{without}."
-            page.sentences.append(said)
+            page.sentences.append(f"AR of the primary wave at bead {number} {said}{elastic}{without}.")
         for wave in ("primary", "secondary"):
             if bool(measured[f"{wave} AR"].notnull().any()):
                 page.pictures += swept_pictures(runs, ratio, number, wave)
@@ -213,16 +213,19 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
             said = f"beyond {distance} {unit} ({between} {unit}) {changes}"
             far = f"{float(curve.far_value):.4f}"
             if np.isnan(curve.far_value):
-                distance, between, far = "not found", "no reflected wave far away", "none"
+                between, far = "no reflected wave far away", "none"
                 why = "the record ends before the wave comes back" if curve.short_record else SWALLOWED
-                said = f"the influence of {what} is not known, because {why}"
                 swallowed |= not curve.short_record
             elif np.isnan(low):
-                distance, between = "not found", "a reflected wave from the greatest distance only"
-                said = f"the influence of {what} is not known, because a wave returns from the greatest distance only"
-            elif not np.isfinite(high):
-                distance, between = f"more than {low_end}", "greater distances are needed"
-                said = f"at {low_end} {unit} {changes.replace('less', 'more')}, so {between}"
+                between = "a reflected wave from the greatest distance only"
+                why = "a wave returns from the greatest distance only"
+            elif np.isinf(high):
+                between = why = "greater distances are needed"
+
+            if np.isnan(low):
+                distance, said = "not found", f"the influence of {what} is not known, because {why}"
+            elif np.isinf(high):
+                distance, said = f"more than {low_end}", f"at {low_end} {unit} {changes.replace('less', 'more')}; {why}"
             elif low <= 0.0:
                 distance = f"less than {distance}"
                 said = f"from the smallest distance with a wave on, {high_end} {unit}, {changes}"

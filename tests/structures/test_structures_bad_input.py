@@ -103,6 +103,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.filterwarnings("error::numpy.exceptions.ComplexWarning")
 @pytest.mark.parametrize(
     ("call", "message"),
     [
