@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from math import isnan, nan
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -25,10 +25,17 @@ from structures.structure import Vector
 from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
+REFINED = {
+    TIME: "windows, steps and saved intervals halved twice", MESH: "cells halved",
+    REDUCTION: "to a hundredth of its tolerance",
+}  # fmt: skip
 # An error over its change is 1/(1 − n^−p) at order p, if lengths are n times as short. The order of cells is 2 or more.
 # That of steps is 2, but 1 for times at which a force passes a level, and for losses that begin as a contact closes.
 RICHARDSON = 4.0 / 3.0  # n = 2, p = 2
 TIGHTER = 1e-2  # Factor of the tolerance of an exact reduction.
+
+# A simulation with one source refined, its saved interval, s, and the error of the usual run over the change.
+Finer: TypeAlias = tuple[CoSimulation, float | None, float]
 
 # Measures of a run at a sensor: the name in tables, the unit there, and the function.
 MEASURES: dict[str, tuple[str, float, Callable[[xr.Dataset, int], Any]]] = {
@@ -162,59 +169,59 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
                     f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and "
                     f"{again[name] / unit:.9g} of the next, with the same values; must return the same at each call"
                 )
-        for source in (TIME, MESH, REDUCTION):
-            fine, notes[source] = _finer(source, usual, built, plan)
-            refined = [(size, measured(one.run(until, every, sensors=saved))) for one, every, size in fine or ()]
+        for source, words in REFINED.items():
+            try:
+                fine = _finer_in_time(usual, plan) if source == TIME else _finer_structures(source, usual, built)
+            except ValueError as error:
+                notes[source], parts[source] = f"not estimated; {error}", dict.fromkeys(values, nan)
+                warnings.append(f"{source}: {notes[source]}")
+                continue
+            notes[source] = words if fine else "none"
+            refined = [(share, measured(one.run(until, interval, sensors=saved))) for one, interval, share in fine]
             parts[source] = {}
             for name, value in values.items():
                 # Where a loss makes forces jump, one finer run may have the same error by chance, but hardly both.
-                errors = [nan] if fine is None else [0.0, *(size * (value - finer[name]) for size, finer in refined)]
+                errors = [0.0, *(share * (value - found[name]) for share, found in refined)]
                 parts[source][name] = float(errors[np.argmax(np.abs(errors))])
-            if fine is None:
-                warnings.append(f"{source}: {notes[source]}")
-            elif lost := [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]:
-                words = "not estimated, because the finer run does not have this wave"
-                warnings.append(f"{source}: {', '.join(lost)} {words}")
+            if lost := [MEASURES[name][0] for name, error in parts[source].items() if isnan(error)]:
+                why = "because the finer run does not have this wave"
+                warnings.append(f"{source}: {', '.join(lost)} not estimated, {why}")
     if "amplitude_ratio" not in values:
         warnings.append(f"waves: no wave returns to bead {sensor} within {readable(until, 's')}; give a longer until")
     warn(warnings)
     return NumericalError(sensor, values, parts, notes, [*findings_of(run), *warnings])
 
 
-def _finer(
-    source: str, usual: CoSimulation, built: Callable[..., CoSimulation], plan: Plan
-) -> tuple[list[tuple[CoSimulation, float | None, float]] | None, str]:
-    """Return simulations with one source refined, each with its saved interval, s, and the error over the change, or
-    None if the source cannot be refined; and a note on what was refined."""
-    if source == TIME:
-        step, shorter = plan.length / usual.chain.steps(plan.length), list[tuple[CoSimulation, float | None, float]]()
-        for times in (2.0, 4.0):
-            window: Any = plan.length / times
-            if isinstance(usual.window, Adaptive):
-                window = Adaptive(usual.window.tolerance / times**2)  # it grows with the square of the length
-            order_one = 1.0 / (1.0 - 1.0 / times)
-            shorter.append((usual.replace(window=window, dt=step / times), plan.interval / times, order_one))
-        return shorter, "windows, steps and saved intervals halved twice"
+def _finer_in_time(usual: CoSimulation, plan: Plan) -> list[Finer]:
+    """Return a simulation with half, and one with a quarter, of the window, the step and the saved interval."""
+    step, fine = plan.length / usual.chain.steps(plan.length), list[Finer]()
+    for times in (2.0, 4.0):
+        window: Any = plan.length / times
+        if isinstance(usual.window, Adaptive):
+            window = Adaptive(usual.window.tolerance / times**2)  # it grows with the square of the length
+        fine.append((usual.replace(window=window, dt=step / times), plan.interval / times, times / (times - 1.0)))
+    return fine
+
+
+def _finer_structures(source: str, usual: CoSimulation, built: Callable[..., CoSimulation]) -> list[Finer]:
+    """Return a simulation whose structures have a finer mesh or reduction, or none if they have neither. Raises a
+    ValueError if they cannot be refined."""
     structures = [body.structure for body in usual.interface.structures]
-    factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
     if source == MESH:
         # A mesh has mass; closed forms, such as the half-space, have none. A user's solver may have a mesh.
         having = [one is None or bool(one.mass.count_nonzero()) for one in structures]
-        size, words = RICHARDSON, "cells halved"
     else:
         reports = [{} if one is None else one.origin.get("reduction") or {} for one in structures]
         having = [one.get("error_estimate", 0.0) / one.get("tolerance", 1.0) > TIGHTER for one in reports]
-        size, words = 1.0, "to a hundredth of its tolerance"
     if not any(having):
-        return [], "none"
-    try:
-        fine = built(**factors)
-    except ValueError as error:  # too many cells: the user's mesh is near the limit
-        return None, f"not estimated; {error}"
+        return []
+
+    factors, share = ({"cells": 2}, RICHARDSON) if source == MESH else ({"tolerance": TIGHTER}, 1.0)
+    fine = built(**factors)  # fails if the user's mesh is near the limit of cells
     for old, body, has_it in zip(structures, fine.interface.structures, having, strict=True):
         new = body.structure
         same = old is not None and np.array_equal(old.contact, new.contact)
         if has_it and (old is None or (same and np.array_equal(old.stiffness.data, new.stiffness.data))):
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
-            return None, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
-    return [(fine, None, size)], words
+            raise ValueError(f"build does not make the {which} anew, or it cannot be made finer")
+    return [(fine, None, share)]
