@@ -162,22 +162,23 @@ class Misfit:
         here, size = self._fit(places, self.prediction.trace(places), None), places.size
         above = np.minimum(places + steps, 1.0)
         below = np.maximum(places - steps, 0.0) if central else np.where(above > places, places, places - steps)
-        moved = np.where(np.eye(size, dtype=bool), np.stack([below, above])[:, :, None], places).reshape(-1, size)
-        away = (moved != places).any(axis=1)
-        others = iter(self.fits(list(moved[away]), here.time_zero))
-        beside = [fit if fit.works else here for fit in (next(others) if other else here for other in away)]
-        residuals = np.stack([fit.residual for fit in beside]).reshape(2, size, -1)
-        sensors = np.array([[fit.time_zero / self.unit, *fit.gains] for fit in beside]).reshape(2, size, -1)
-        failed = np.array([fit is here for fit in beside]).reshape(2, size)
-        width = np.where(failed[1], places, above) - np.where(failed[0], places, below)
-        width = np.where(width > 0.0, width, 1.0)[:, None]
+        ends = [np.where(np.arange(size) == k, end, places) for end in (below, above) for k in range(size)]
+        moved = [i for i, end in enumerate(ends) if (end != places).any()]
+        fits = [here] * len(ends)  # which also stands for a run that fails
+        for i, fit in zip(moved, self.fits([ends[i] for i in moved], here.time_zero), strict=True):
+            fits[i] = fit if fit.works else here
+        pairs = list(zip(range(size), fits[:size], fits[size:], strict=True))
+        widths = np.array([(high.places - low.places)[k] or 1.0 for k, low, high in pairs])[:, None]
+        by_unknown = np.stack([high.residual - low.residual for _, low, high in pairs]) / widths
 
         # The sensors' parameters follow the unknowns. The gains do not follow the time zero: it only shifts a trace.
+        sensors = [[fit.time_zero / self.unit, *fit.gains] for fit in fits]
+        following = (np.array(sensors[size:]) - np.array(sensors[:size])) / widths
         chosen = np.array([TIME_ZERO in self.free, *[GAIN in self.free] * len(self.used)])
         carried = np.eye(len(self.names))
-        carried[size:, :size] = ((sensors[1] - sensors[0]) / width).T[chosen]
+        carried[size:, :size] = following.T[chosen]
         own = np.hstack([here.slope[:, None], here.gain_columns])[:, chosen]
-        return Point(here, np.hstack([((residuals[1] - residuals[0]) / width).T, own]), carried)
+        return Point(here, np.hstack([by_unknown.T, own]), carried)
 
     def by_sensor(self, values: Vector) -> list[Vector]:
         """Return the parts of a residual, or of columns, that belong to each sensor."""

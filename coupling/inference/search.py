@@ -2,6 +2,7 @@
 follow from the curvature of χ², or from its profile."""
 
 from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -19,6 +20,8 @@ HOPELESS = 1.5  # A rough fit is not refined if its χ² is larger than the leas
 UNLIKELY = 6.0  # Another minimum is a mode if its χ² exceeds the least by less than this: a likelihood of 5 %.
 # Least first step of a profile. Beads that rattle make χ² rough; with smaller steps intervals were too short.
 FINEST_PROFILE = 1e-3
+
+Line: TypeAlias = tuple[list[Fit], float]  # Fits along a line; a minimum closer than this to a known fit belongs to it.
 
 
 class Search:
@@ -49,34 +52,42 @@ class Search:
         if many and self.misfit.explains(minima[0]):
             return minima
 
-        # Echoes make minima as narrow as 1/40 of a range from 1 to 60: lines of 128 places find them, 48 missed one.
-        # If a fit explains the signal, the places are so close that four lie in a valley as narrow as its own.
+        # The scan misses narrow minima. Lines through the best fit find them, until a fit explains the signal and its
+        # lines show no better one.
         for _ in range(3):
             best, explained = minima[0], self.misfit.explains(minima[0])
-            places = np.full(self.size, 128)
-            if explained:
-                curvature = (self.misfit.at(best.places, self.steps, False).columns[:, : self.size] ** 2).sum(axis=0)
-                width = 2.0 * np.sqrt((RIVAL - 1.0) * best.misfit / np.maximum(curvature, 1e-300))
-                places = np.clip(np.ceil(4 / np.maximum(width, 1e-3)).astype(int), 16, 128)
-            self.spacing, lines, apart = 1.0 / places, list[list[Fit]](), list[float]()
-            for k in self.lines:
-                line = self._along(best, k, (np.arange(places[k]) + 0.5) / places[k])
-                if explained:
-                    # Valleys of an unknown that hardly matters are narrower than this: 128 places where a fit may hide.
-                    likely = np.array([fit.misfit < best.misfit + 10.0 * UNLIKELY for fit in line])
-                    hiding = np.flatnonzero(likely[1:] | likely[:-1])[:, None] + 0.5
-                    parts = int(np.ceil(128 / places[k]))
-                    line += self._along(best, k, (hiding + np.arange(1, parts) / parts).ravel() / places[k])
-                apart.append(2.0 / (places[k] if len(line) == places[k] else 128))
-                lines.append(sorted(line, key=lambda fit: fit.places[k]))
-            starts = self._minima_on(lines, minima, RIVAL * best.misfit if explained else np.inf, apart)
+            lines = self._lines(best, explained)
+            starts = self._minima_on(lines, minima, RIVAL * best.misfit if explained else np.inf)
             if not explained:
-                known = [*starts, *(one.places for one in minima)]
+                known = [*starts, *(fit.places for fit in minima)]
                 starts += _apart(self._scanned(self.sobol.random(self.count)), known, 3)
             minima = sorted([*minima, *self._solved_from(starts, best)], key=lambda one: one.misfit)
             if explained and minima[0].misfit > best.misfit - 1.0:
                 break
         return minima
+
+    def _lines(self, best: Fit, explained: bool) -> list[Line]:
+        """Return the line through the best fit along the range of each unknown. explained: whether this fit explains
+        the signal."""
+        # Echoes make minima as narrow as 1/40 of a range from 1 to 60: lines of 128 places find them, 48 missed one.
+        places = np.full(self.size, 128)
+        if explained:
+            # The places are so close that four lie in a valley as narrow as that of the fit.
+            curvature = (self.misfit.at(best.places, self.steps, False).columns[:, : self.size] ** 2).sum(axis=0)
+            width = 2.0 * np.sqrt((RIVAL - 1.0) * best.misfit / np.maximum(curvature, 1e-300))
+            places = np.clip(np.ceil(4 / np.maximum(width, 1e-3)).astype(int), 16, 128)
+        self.spacing, lines = 1.0 / places, list[Line]()
+        for k in self.lines:
+            fits = self._along(best, k, (np.arange(places[k]) + 0.5) / places[k])
+            if explained:
+                # Valleys of an unknown that hardly matters are narrower than this: 128 places where a fit may hide.
+                likely = np.array([fit.misfit < best.misfit + 10.0 * UNLIKELY for fit in fits])
+                hiding = np.flatnonzero(likely[1:] | likely[:-1])[:, None] + 0.5
+                parts = int(np.ceil(128 / places[k]))
+                fits += self._along(best, k, (hiding + np.arange(1, parts) / parts).ravel() / places[k])
+            room = 2.0 / (places[k] if len(fits) == places[k] else 128)
+            lines.append((sorted(fits, key=lambda fit: fit.places[k]), room))
+        return lines
 
     def settled(self, fit: Fit) -> tuple[Fit, Point, list[Fit]]:
         """Return the refined fit, or a better minimum near it; its derivatives; and the minima near it. Beads that
@@ -90,20 +101,18 @@ class Search:
             best = min(fit, self.solved(fit.places, 10, central=True), key=lambda one: one.misfit)
             point = self.misfit.at(best.places, self.steps)
 
-            ridges = self._ridges(point)
-            starts = self._minima_on(ridges, [best], HOPELESS * best.misfit, [0.0] * len(ridges))
-            minima += self._solved_from(starts, best)
+            minima += self._solved_from(self._minima_on(self._ridges(point), [best], HOPELESS * best.misfit), best)
             fit = min(minima, key=lambda one: one.misfit, default=best)
             if fit.misfit > best.misfit - 1.0:
                 break
             minima.append(best)
         return best, point, minima
 
-    def _ridges(self, point: Point) -> list[list[Fit]]:
+    def _ridges(self, point: Point) -> list[Line]:
         """Return the fits along each ridge of the likelihood through a point: an unknown moves by 2, 2.5, 3.1, … of its
         standard deviations to either side, and the others as they correlate with it."""
         covariance = unit_covariance(point.columns)[: self.size, : self.size]
-        ridges, factors = list[list[Fit]](), (2.0 * 1.25 ** np.arange(19))[:: 1 if self.size < MANY else 2]
+        ridges, factors = list[Line](), (2.0 * 1.25 ** np.arange(19))[:: 1 if self.size < MANY else 2]
         for k in self.lines:
             ridge, sides = covariance[:, k] / np.sqrt(covariance[k, k]), factors
             if self.spacing[k]:
@@ -111,7 +120,7 @@ class Search:
                 sides = factors[: 1 + int((factors * ridge[k] < 2.0 * self.spacing[k]).sum())]
             places = point.fit.places + np.concatenate([-sides[::-1], [0.0], sides])[:, None] * ridge
             inside = (places[:, k] >= 0.0) & (places[:, k] <= 1.0)
-            ridges.append(self.misfit.fits(list(np.clip(places[inside], 0.0, 1.0))))
+            ridges.append((self.misfit.fits(list(np.clip(places[inside], 0.0, 1.0))), 0.0))
         return ridges
 
     def solved(
@@ -138,18 +147,16 @@ class Search:
         """Return the 95 % interval of an unknown around the best fit, as places. inflation: the variances over those of
         unit noise."""
         place, covariance = float(best.places[k]), covariance[: self.size, : self.size]
-        half, root = DEVIATIONS * float(np.sqrt(covariance[k, k])), np.sqrt(np.diag(covariance))
-        correlated = np.delete(abs(covariance[k] / (root * root[k])), k)
-        ridge = covariance[k] / covariance[k, k]
-        # If χ² rises about as its curvature predicts, its root is nearly straight, and the rise corrects the ends. In
-        # fits of eight unknowns these ends agree with those of the profile within 1/20 of the half-width if χ² rises
-        # more than predicted; if it rises less, they lie up to 1/5 outside.
-        rises = []
-        if half < min(0.1, place, 1.0 - place) and correlated.max(initial=0.0) < 0.98:
-            line = [np.clip(best.places + side * half * ridge, 0.0, 1.0) for side in (-1.0, 1.0)]
-            rises = [(fit.misfit - best.misfit) / (inflation * DEVIATIONS**2) for fit in self.misfit.fits(line)]
-        if rises and all(1.0 / 3.0 < rise < 1.5 for rise in rises):
-            return place - half / rises[0] ** 0.5, place + half / rises[1] ** 0.5
+        deviations, ridge = np.sqrt(np.diag(covariance)), covariance[k] / covariance[k, k]
+        half, correlated = DEVIATIONS * float(deviations[k]), abs(covariance[k] / (deviations * deviations[k]))
+        if half < min(0.1, place, 1.0 - place) and np.delete(correlated, k).max(initial=0.0) < 0.98:
+            ends = [np.clip(best.places + side * half * ridge, 0.0, 1.0) for side in (-1.0, 1.0)]
+            below, above = ((fit.misfit - best.misfit) / (inflation * DEVIATIONS**2) for fit in self.misfit.fits(ends))
+            # If χ² rises about as its curvature predicts, its root is nearly straight, and the rise corrects the ends.
+            # In fits of eight unknowns these ends agree with those of the profile within 1/20 of the half-width if χ²
+            # rises more than predicted; if it rises less, they lie up to 1/5 outside.
+            if 1.0 / 3.0 < below < 1.5 and 1.0 / 3.0 < above < 1.5:
+                return place - half / below**0.5, place + half / above**0.5
         low, high = (self._profile_end(best, k, half, inflation, limit, ridge) for limit in (0.0, 1.0))
         return low, high
 
@@ -157,24 +164,24 @@ class Search:
         """Return the place, from the best one towards a limit, at which χ² with the other unknowns refitted reaches its
         95 % level; the limit if it does not. half, ridge: half of the interval and the motion of the other unknowns, by
         the curvature."""
-        latest, inner = best.places, float(best.places[k])
-        before, side = -DEVIATIONS, np.sign(limit - inner)
+        latest, inside = best.places, float(best.places[k])
+        below, side = -DEVIATIONS, np.sign(limit - inside)
         step = min(max(1.05 * half, FINEST_PROFILE), 0.1)
-        while abs(limit - inner) > 0.6 * FINEST_PROFILE:
-            outer = inner + side * min(step, abs(limit - inner))
+        while abs(limit - inside) > 0.6 * FINEST_PROFILE:
+            place = inside + side * min(step, abs(limit - inside))
             # The others start on the ridge, so that few steps of least squares suffice.
-            start = np.clip(latest + (outer - latest[k]) * ridge, 0.0, 1.0)
-            start[k] = outer
+            start = np.clip(latest + (place - latest[k]) * ridge, 0.0, 1.0)
+            start[k] = place
             fit = self.solved(start, 8, 1e-3, fixed=k)
             latest = fit.places
-            after = float(np.sqrt(max(fit.misfit - best.misfit, 0.0) / inflation)) - DEVIATIONS
-            if 0.0 < after < DEVIATIONS:
-                # The root of χ² is nearly straight.
-                return float(inner - before / (after - before) * (outer - inner))
-            if after <= 0.0:
-                inner, before, step = outer, after, 1.6 * step
+            # The root of the rise of χ², less its level.
+            above = float(np.sqrt(max(fit.misfit - best.misfit, 0.0) / inflation)) - DEVIATIONS
+            if above <= 0.0:
+                inside, below, step = place, above, 1.6 * step
+            elif above < DEVIATIONS:  # so near the level that the root is nearly straight
+                return float(inside - below / (above - below) * (place - inside))
             else:
-                limit, step = outer, 0.5 * abs(outer - inner)
+                limit, step = place, 0.5 * abs(place - inside)
         return limit
 
     def _scanned(self, points: Vector) -> list[Fit]:
@@ -203,12 +210,10 @@ class Search:
         line[:, k] = places
         return self.misfit.fits(list(line))
 
-    def _minima_on(
-        self, lines: Sequence[Sequence[Fit]], known: Sequence[Fit], largest: float, apart: Sequence[float]
-    ) -> list[Vector]:
+    def _minima_on(self, lines: Sequence[Line], known: Sequence[Fit], largest: float) -> list[Vector]:
         """Return the places of the best minima of χ² on lines, below `largest` and away from known fits."""
         found = list[Fit]()
-        for fits, room in zip(lines, apart, strict=True):
+        for fits, room in lines:
             values = np.array([np.inf, *(fit.misfit for fit in fits), np.inf])
             lowest = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < largest)
             # A point near a known fit counts only if it fits better.
