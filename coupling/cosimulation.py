@@ -59,11 +59,6 @@ class CoSimulation:
         Whether to reduce, as by `hl.reduce`, linear structures that the compiled engine cannot take: those of more than
         600 unknowns, or of 300 if damping couples their modes. If False, they run unreduced, in Python.
 
-    Raises
-    ------
-    ValueError
-        If the arguments do not fit each other, or the scheme cannot serve these structures.
-
     Examples
     --------
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
@@ -150,8 +145,6 @@ class CoSimulation:
 
         Raises
         ------
-        ValueError
-            For times that do not fit, and for sensors that are not beads of every chain.
         NotConverged
             If both sides do not agree on the forces of a window.
         FloatingPointError
@@ -202,11 +195,6 @@ class CoSimulation:
         -------
         CoSimulation
             A new one.
-
-        Raises
-        ------
-        TypeError, ValueError
-            For a name that is not an argument of CoSimulation, and for values that it refuses.
         """
         return CoSimulation(**{**self._given, **changes})
 

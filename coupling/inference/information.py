@@ -94,11 +94,6 @@ def identifiability(
     Information
         The bound of each unknown and nuisance; ``print`` shows a table.
 
-    Raises
-    ------
-    ValueError
-        For values that are zero, unknowns that the builder does not take, and sensors that are not in the chain.
-
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)

@@ -40,6 +40,12 @@ class OnModes:
             modes = ModalPlate(replace(plate, highest_frequency=known.highest_frequency), modes.until)
         return modes.at(contacts[0].x, contacts[0].y, plate.thickness, plate.section.struck)
 
+    def builder(self, build: Build) -> Build:
+        """Return a builder of the same co-simulations on these modes, with the same units of its arguments."""
+        on_modes = partial(self, build)
+        vars(on_modes)["units"] = getattr(build, "units", {})
+        return on_modes
+
     def __call__(self, build: Build, **values: Any) -> CoSimulation:
         with answered_by(self.structure):
             return build(**values)
@@ -78,4 +84,4 @@ def on_modes(build: Build, ranges: Mapping[str, tuple[float, float]], until: flo
     middle = {name: 0.5 * (low + high) for name, (low, high) in ranges.items()}
     changes = [{}, *({name: end} for name, ends in ranges.items() for end in ends)]
     simulation = modes_of([partial(build, **(middle | change)) for change in changes], until)
-    return None if simulation is None else partial(simulation, build)
+    return None if simulation is None else simulation.builder(build)

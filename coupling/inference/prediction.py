@@ -107,7 +107,7 @@ class Prediction:
         """Return the traces of a run, or raise a ValueError if it fails."""
         trace = self.traces([place])[0]
         if not np.isfinite(trace).all():
-            raise ValueError(f"build: its run fails at {shown(self.values(place))}: {self.reason}")
+            raise ValueError(f"build: its run fails at {shown(self.values(place), self.build)}: {self.reason}")
         return trace
 
     def traces(self, places: Sequence[Vector]) -> list[Vector]:

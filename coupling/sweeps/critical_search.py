@@ -75,11 +75,6 @@ def critical_distance_search(
         the greatest distance is back. All samples: `amplitude_ratio`, `time_of_flight` (s) and `sampled` over
         "distance". NaN at a sampled distance means that no wave returned within the record.
 
-    Raises
-    ------
-    ValueError
-        If an argument is of the wrong kind or out of its range, or build does not accept its arguments.
-
     Warns
     -----
     HertzlinkWarning
@@ -105,9 +100,7 @@ def critical_distance_search(
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
     jobs = None if jobs is None else whole("jobs", jobs)
-    scan = sorted(
-        not_negative("distances", value, "m") for value in listed("distances", distances, object, "numbers, m")
-    )
+    scan = sorted(not_negative("distances", one, "m") for one in listed("distances", distances, object, "numbers, m"))
     if len(scan) < FEWEST or len(set(scan)) < len(scan):
         raise ValueError(f"distances = {short(scan)}: must be three or more, none of them twice")
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
@@ -134,14 +127,14 @@ def critical_distance_search(
             assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
             curves[i][distance] = run
             if lines := findings_of(run):
-                said[shown(point)] = lines
+                said[shown(point, build, distance="m")] = lines
         nexts = [search.next() for search in searches]
         wanted = {(place // len(tolerances), distance) for place, found in enumerate(nexts) for distance in found}
 
     data = _dataset(searches, curves, tolerances, values)
     findings = gathered(said, sum(map(len, curves)))
     for point, search in zip([point for point in points for _ in tolerances], searches, strict=True):
-        findings += [one + f" (at {shown(point)})" * bool(point) for one in search.findings()]
+        findings += [one + f" (at {shown(point, build)})" * bool(point) for one in search.findings()]
     warn(findings)
     data = data if isinstance(tolerance, Iterable) else data.squeeze("within")
     return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
@@ -248,16 +241,19 @@ def _dataset(
     found = np.reshape([search.crossing() for search in searches], (*shape, len(tolerances), 3))
     far = np.reshape([as_arrays(curve)[1][-1] for curve in curves], shape)
     short = np.reshape([record_is_short(curve) for curve in curves], shape)
-    short_words = {"long_name": "whether the record ends before a wave from the greatest distance is back"}
-    bound, metres = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}, {"units": "m"}
+    late, metres = "whether the record ends before a wave from the greatest distance is back", {"units": "m"}
     settled = np.reshape([search.change() <= 0.5 * search.tolerance for search in searches], found.shape[:-1])
     variables |= {
         "sampled": (each, np.reshape(sampled, (*shape, -1)), {"long_name": "whether there is a run"}),
         "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
         "bracket": ([*over, "end"], found[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
-        "lower_bound": (over, np.isinf(found[..., 2]), bound),
+        "lower_bound": (
+            over,
+            np.isinf(found[..., 2]),
+            {"long_name": f"whether the {LABEL} is beyond the bracket's low end"},
+        ),
         "settled": (over, settled, {"long_name": "whether AR has settled at the greatest distance"}),
-        "short_record": ([*values], short, short_words),
+        "short_record": ([*values], short, {"long_name": late}),
         "far_value": ([*values], far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
     }
     coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}

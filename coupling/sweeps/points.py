@@ -15,7 +15,6 @@ from tqdm.auto import tqdm
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, with_warnings
-from coupling.results.schema import unit_of
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, own_sources
 from structures.caution import collected
 from structures.checks import instance, short
@@ -56,8 +55,9 @@ class Task:
                 if self.measure is not None:
                     measured = instance("measure(run)", self.measure(run), xr.Dataset, "a Dataset")
             except (*POINT_ERRORS, OSError, TypeError) as error:
-                for note in (f"in the sweep's point {shown(point)}", *(f"warning before it: {m}" for m in messages)):
-                    error.add_note(note)
+                error.add_note(f"in the sweep's point {shown(point, self.build)}")
+                for message in messages:
+                    error.add_note(f"warning before it: {message}")
                 raise
         if self.store is not None and ERROR_VARIABLE in measured.variables:
             raise ValueError(f"measure: must not return {ERROR_VARIABLE!r}, in which a sweep reports failed points")
@@ -134,11 +134,12 @@ def progress(total: int, label: str, unit: str = "point") -> Any:
     return tqdm(total=total, desc=label, unit=unit, leave=False, disable=None, dynamic_ncols=True)
 
 
-def shown(point: Point) -> str:
-    """Return a point for messages, numbers with the units that their names imply: "thickness = 3 mm"."""
-    texts = []
+def shown(point: Point, build: Callable[..., Any], **units: str) -> str:
+    """Return a point for messages: "thickness = 3 mm". Numbers have the units (SI) that are given here, or that the
+    builder has in its attribute `units`; others have none."""
+    texts, units = [], units | getattr(build, "units", {})
     for name, value in point.items():
         number = isinstance(value, float | int | np.number) and not isinstance(value, bool)
-        text = readable(float(value), unit_of(name), 6) if number else short(getattr(value, "name", value))
+        text = readable(float(value), units.get(name, ""), 6) if number else short(getattr(value, "name", value))
         texts.append(f"{name} = {text}")
     return ", ".join(texts)

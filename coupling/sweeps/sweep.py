@@ -109,7 +109,7 @@ def sweep(
     else:
         folder = Store(store, build, until, measure)
         outcomes = outcomes_kept(Task(build, until, measure, folder), folder, points, jobs, together, retry)
-    data = combined(outcomes, values, points)
+    data = combined(outcomes, values, [shown(point, build) for point in points])
     warn(findings_of(data))
     return data
 
@@ -179,8 +179,9 @@ def built_at(build: Callable[..., Any], values: Mapping[str, Any]) -> CoSimulati
     return built
 
 
-def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
-    """Return one Dataset over the axes, at the times that all runs share. Coordinates that differ also get the axes."""
+def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], names: Sequence[str]) -> xr.Dataset:
+    """Return one Dataset over the axes, at the times that all runs share. Coordinates that differ also get the
+    axes. names: the points in words, for findings."""
     failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
     if len(failures) == len(outcomes):
         raise RuntimeError(f"all {count_of(len(failures), 'point')} failed; {AGAIN}; the first with {failures[0]}")
@@ -221,8 +222,8 @@ def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: 
     if len(runs) < len(outcomes):
         errors = np.array([str(outcome) if isinstance(outcome, Failure) else "" for outcome in outcomes]).reshape(shape)
         variables[ERROR_VARIABLE] = tuple(values), errors, {"long_name": "why the point failed, empty where it did not"}
-    by_point = {shown(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
-    findings = gathered(by_point, len(outcomes))
+    said = {names[i]: findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
+    findings = gathered(said, len(outcomes))
     if failures:
         failed = f"sweep: {len(failures)} of {len(outcomes)} points failed, see the variable error; {AGAIN}"
         findings = [failed, *findings]

@@ -172,7 +172,7 @@ def builder_of(task: Task) -> Callable[..., CoSimulation]:
     few = plates < FEWEST_ON_MODES and task.along is None
     points = [partial(task, **point) for point in (task.start, *task.ends)]
     on_modes = None if few else modes_of(points, task.case.until)
-    build: Callable[..., CoSimulation] = task if on_modes is None else partial(on_modes, task)
+    build: Callable[..., CoSimulation] = task if on_modes is None else on_modes.builder(task)
     with collected():  # a refused point raises a Fault before processes start; the runs repeat warnings
         for point in task.ends:
             build(**point)

@@ -51,8 +51,8 @@ def test_a_sweep_reports_the_warnings_of_all_its_runs_once(how: str, tmp_path: P
     assert {one.filename for one in caught} == {__file__}
     assert [str(one.message) for one in caught] == findings_of(runs)
     (law,) = [line for line in findings_of(runs) if line.startswith("contact law: ")]
-    assert law.endswith(" (at impact_speed = 0.3 m/s; reported at 2 of 4 points)")
-    assert "measure: doubtful (at impact_speed = 0.001 m/s; reported at 4 of 4 points)" in findings_of(runs)
+    assert law.endswith(" (at impact_speed = 0.3; reported at 2 of 4 points)")
+    assert "measure: doubtful (at impact_speed = 0.001; reported at 4 of 4 points)" in findings_of(runs)
 
 
 def test_an_error_in_a_sweep_brings_the_warnings_before_it() -> None:

@@ -138,7 +138,7 @@ def test_bad_sweeps(build: object, keywords: dict[str, object], message: str) ->
 def test_an_error_names_the_point() -> None:
     with pytest.raises(ValueError, match="radius") as caught:
         hl.sweep(on_half_space, until=4e-4, jobs=1, radius=[1e-3, -1e-3])
-    assert caught.value.__notes__ == ["in the sweep's point radius = -1 mm"]
+    assert caught.value.__notes__ == ["in the sweep's point radius = -0.001"]
 
 
 def dying(radius: float) -> hl.CoSimulation:

@@ -154,7 +154,7 @@ def test_a_failure_of_the_environment_is_not_kept(tmp_path: Path) -> None:
     """It ends the sweep; what is finished stays, and the next sweep runs the point again."""
     with pytest.raises(OSError, match="No space left") as caught:
         hl.sweep(lacking, UNTIL, jobs=1, store=tmp_path / "store", folder=[str(tmp_path)], radius=RADII)
-    assert "radius = 3 mm" in " ".join(caught.value.__notes__)
+    assert "radius = 0.003" in " ".join(caught.value.__notes__)
     (tmp_path / "mended").touch()
     called.clear()
     runs = hl.sweep(lacking, UNTIL, jobs=1, store=tmp_path / "store", folder=[str(tmp_path)], radius=RADII)
