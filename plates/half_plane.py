@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.special import j0
 
 from plates.laminate import Laminate, section_of
-from plates.section import homogeneous_section, point_rigidity
+from plates.section import homogeneous_section, point_impedance, point_rigidity
 from structures.checks import within
 from structures.described import described_as
 from structures.fineness import fineness
@@ -70,7 +70,7 @@ def infinite_plate(thickness: WallThickness | None, material: Material | Laminat
     175 N s/m
     """
     section = section_of(thickness, material)
-    impedance = 8.0 * (point_rigidity(section) * section.mass) ** 0.5
+    impedance = point_impedance(point_rigidity(section), section.mass)
     none = sparse.csr_array((1, 1))
     origin = {"thickness": section.thickness, "impedance": impedance, "section": section.data}
     damping = sparse.csr_array([[impedance]])
@@ -123,9 +123,7 @@ def half_plane(
     if distance == 0.0 and edge != "free":
         raise ValueError("distance = 0.0: must be a positive number of m, unless the edge is free")
     away = distance and within("distance", distance, *LENGTHS, "m")
-    impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
-    diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
-    plate = HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)
+    plate = HalfPlane(float(section.bending[0, 0]), section.mass, edge, away, material.poisson_ratio)
     # Waves of half the length have four times the frequency.
     highest = HIGHEST_FREQUENCY * fineness().shorter if highest_frequency is None else highest_frequency
     circular = 2.0 * pi * fineness().cells ** 2 * highest
@@ -138,16 +136,26 @@ def half_plane(
 
 
 class HalfPlane(NamedTuple):
-    """A plate with one straight edge: diffusion a = √(D/m), m²/s; impedance 8 √(D m), N s/m; distance of the edge, m.
+    """A plate with one straight edge: rigidity D, N m; mass per area m, kg/m²; distance of the edge, m.
 
     Bands of oscillators are pairs: angular frequencies ω, rad/s, and squares of the contact's entries, 1/kg.
     """
 
-    diffusion: float
-    impedance: float
+    rigidity: float
+    mass: float
     edge: str
     distance: float
     poisson_ratio: float
+
+    @property
+    def diffusion(self) -> float:
+        """a = √(D/m), m²/s."""
+        return float((self.rigidity / self.mass) ** 0.5)
+
+    @property
+    def impedance(self) -> float:
+        """That of the infinite plate, 8 √(D m), N s/m."""
+        return point_impedance(self.rigidity, self.mass)
 
     def resolved(self, highest: float, until: float, lowest: float = 0.0) -> tuple[Vector, Vector]:
         """Return the band up to an angular frequency, with the density that motion up to `until` s and echoes require.

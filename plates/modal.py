@@ -183,9 +183,9 @@ class ModalPlate:
         wall = plate.section.struck if material is None else material
         section = homogeneous_section(plate.thickness if thickness is None else thickness, wall)
         rigidity, mass, nu = float(section.bending[0, 0]), section.mass, wall.poisson_ratio
-        a, impedance, cut_off = (rigidity / mass) ** 0.5, 8.0 * (rigidity * mass) ** 0.5, self._cut_off
-        cut, (fourth, shape) = a * cut_off**2, modes_at(sides, ends, place, nu, cut_off)
-        modes, one_edge = a * np.sqrt(fourth), HalfPlane(a, impedance, edge, distance, nu)
+        one_edge, cut_off = HalfPlane(rigidity, mass, edge, distance, nu), self._cut_off
+        a, (fourth, shape) = one_edge.diffusion, modes_at(sides, ends, place, nu, cut_off)
+        modes, cut = a * np.sqrt(fourth), a * cut_off**2
         fading, fading_weight = one_edge.resolved(cut, self.until, FADED * cut)
         # The weight of modes: 1 up to FADED of the cut-off, 0 at the cut-off. The half-plane has the rest.
         steps = (np.clip((band / cut - FADED) / (1.0 - FADED), 0.0, 1.0) for band in (modes, fading))

@@ -16,7 +16,14 @@ from plates.elements.assembled import Assembled, Touch
 from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
 from plates.laminate import Laminate
-from plates.section import Section, flexural_wavelength, mirrors_itself, point_rigidity, stiffness_towards
+from plates.section import (
+    Section,
+    flexural_wavelength,
+    mirrors_itself,
+    point_impedance,
+    point_rigidity,
+    stiffness_towards,
+)
 from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.mesh_geometry import mirrors
 from plates.shapes.outline import Outline
@@ -171,7 +178,7 @@ class Plate:
         if self.additions:
             names = ", ".join(dict.fromkeys(type(addition).__name__ for addition in self.additions))
             caution(f"additions: laws of the infinite plate neglect {names}; runs include them")
-        return float(8.0 * (self.rigidity * self.mass_per_area) ** 0.5)
+        return point_impedance(self.rigidity, self.mass_per_area)
 
     @property
     def shortest_wavelength(self) -> float:

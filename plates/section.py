@@ -89,6 +89,11 @@ def mirrors_itself(section: Section, angle: float) -> bool:
     return not coupled and bool(abs(transverse[0, 1]) <= ROUNDING * abs(transverse).max())
 
 
+def point_impedance(rigidity: float, mass: float) -> float:
+    """Return the force over the velocity at a point of an infinite plate, 8 √(D m), N s/m. mass: per area, kg/m²."""
+    return float(8.0 * (rigidity * mass) ** 0.5)
+
+
 def point_rigidity(section: Section) -> float:
     """Return D of the isotropic plate with the same point impedance, N m: 1/√D is the mean of 1/√D(φ)."""
     return float(np.mean(stiffness_towards(section) ** -0.5) ** -2)
