@@ -101,7 +101,7 @@ def sensitivities(
     jumps = loss is not None and loss.piece != "drag"
     with collected() as said:
         run = simulation.run(until, save_every, sensors=sensors)
-    usual = partial(waves_at, run.bead.values.tolist())
+    usual = partial(primary_waves, run.bead.values.tolist())
     read = function("measure", measure or usual, 1, "a function of a Dataset of runs")
     rates, data = differences(build, values, simulation, plan, run, read, jumps)
     with collected() as of_measure:
@@ -209,7 +209,7 @@ def _central(at: Mapping[str, tuple[Vector, Vector, Vector]], value: float, step
     return Derivative(slopes, doubt, bent)
 
 
-def waves_at(sensors: Sequence[int], runs: xr.Dataset) -> xr.Dataset:
+def primary_waves(sensors: Sequence[int], runs: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF of the primary waves at sensors."""
     waves = [xr.merge([amplitude_ratio(runs, n), time_of_flight(runs, n)], join="exact") for n in sensors]
     return xr.concat(waves, xr.DataArray(sensors, dims="sensor", name="sensor"))

@@ -99,7 +99,7 @@ def map_taps(
                 raise ValueError(f"points[{k}] = {short(point)}: must hold x and y (m) and files")
         grid = Grid([{**point, "files": [str(file) for file in point["files"]]} for point in points])
     function("read", read, 1, "a function of a file's path")
-    asked = waves_at if answer is None else function("answer", answer, 2, "a function of a signal and its point")
+    asked = measured_waves if answer is None else function("answer", answer, 2, "a function of a signal and its point")
     return mapped_taps(grid, Taps(asked, 0.0, read, None if store is None else Store(store, asked, read)), jobs)
 
 
@@ -183,7 +183,7 @@ class Taps(Task):
             for name in point["files"]:
                 try:
                     answer: Any = self.build(self.measure(existing(name, Path(name))), others)
-                    if self.build is not waves_at:
+                    if self.build is not measured_waves:
                         answer = instance("answer(...)", answer, Identification, "an Identification").to_dataset()
                     answers.append(answer[[*NONE, "unit", "unit_size"]].assign_attrs(fits=answer.sizes.get("mode", 1)))
                 except ValueError as error:
@@ -224,7 +224,7 @@ def _mean_of_taps(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     return first.assign({n: ("unknown", column) for n, column in answer.items()}).assign_attrs(misfit=misfit), findings
 
 
-def waves_at(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
+def measured_waves(signal: xr.Dataset, point: Mapping[str, Any]) -> xr.Dataset:
     """Return AR and TOF of the primary wave at each sensor; the point does not matter. The 95 % intervals come from 60
     draws of noise, which scatter and shift the values."""
     rows = dict[str, tuple[Any, ...]]()

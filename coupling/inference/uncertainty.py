@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.inference.identification import Printed, as_text
-from coupling.inference.sensitivities import Build, sensitivities, waves_at
+from coupling.inference.sensitivities import Build, primary_waves, sensitivities
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
@@ -149,7 +149,7 @@ def uncertainty(
     ]  # fmt: skip
     centres, deviations = np.array([*inputs.values()]).T
     values = dict(zip(inputs, centres.tolist(), strict=True))
-    read = measure or (lambda runs: waves_at([sensor], runs).isel(sensor=0, drop=True))
+    read = measure or (lambda runs: primary_waves([sensor], runs).isel(sensor=0, drop=True))
     run = sensitivities(build, until, [sensor], measure=read, **values)
     names = [name for name in map(str, run.data_vars) if f"{name}_derivative" in run]
     names = [name for name in names if name not in ("contact_force", "velocity")]

@@ -203,7 +203,7 @@ def map_of(case: Case, grid: tap_maps.Grid, keep: File, jobs: int | None) -> Ans
 
     toml = case.to_toml()
     keep.mkdir(exist_ok=True)
-    answer = tap_maps.waves_at if case.identify is None else fit_at
+    answer = tap_maps.measured_waves if case.identify is None else fit_at
     work = tap_maps.Taps(answer, 0.0, tap, Store(keep, versions()["hertzlink"], toml))
     data = tap_maps.mapped_taps(grid, work, jobs).assign_attrs(case=toml)
     failed = [

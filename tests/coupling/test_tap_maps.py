@@ -13,7 +13,7 @@ from independent.walls import EdgedPlate
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
-from coupling.inference.tap_maps import _mean_of_taps, read_grid, waves_at
+from coupling.inference.tap_maps import _mean_of_taps, measured_waves, read_grid
 from coupling.plots.mapped import MARKS
 
 STEP = 0.01
@@ -88,7 +88,7 @@ def test_intervals_hold_ar_and_tof_of_asymmetric_pulses() -> None:
     run = hl.CoSimulation(hl.Chain([bead] * 14, bead, 0.31), plate).run(6e-4, save_every=0.5e-6)
     force, primary = hl.sensor_force(run, 5).values, hl.reflections(run, 5).primary
     noise = 0.005 * force.max() * np.random.default_rng(7).standard_normal((4, force.size))
-    read = [waves_at(hl.as_signal(run.time, {5: force + one}), {}) for one in noise]
+    read = [measured_waves(hl.as_signal(run.time, {5: force + one}), {}) for one in noise]
     for k, truth in enumerate((primary.amplitude_ratio, primary.time_of_flight)):
         assert sum(float(one.low[k]) < truth < float(one.high[k]) for one in read) >= 3
 
