@@ -86,12 +86,6 @@ def identify(
     HertzlinkWarning
         If the model does not explain the signal, several fits are as good, or contacts yield.
 
-    Raises
-    ------
-    ValueError
-        For sensors that are not in the chain, unknowns that the builder does not take, and records that are too short
-        or too coarse.
-
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)

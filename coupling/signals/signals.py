@@ -163,13 +163,12 @@ def read_signal(
         raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
     for sensor, file in named.items():
         instance(f"path[{sensor}]", file, str | Path, "the name of a file")  # type: ignore[arg-type]
-    files = {sensor: Path(file) for sensor, file in named.items()}
-    where = ", ".join(map(str, dict.fromkeys(files.values())))
 
-    # The channels of all files over the same times.
+    # The channel of each sensor, with times of its own.
     pieces, units, notes = dict[int, tuple[Vector, Vector]](), dict[int, str](), list[str]()
-    for file in dict.fromkeys(files.values()):
-        columns = {sensor: column for sensor, column in column_of.items() if files[sensor] == file}
+    files = dict.fromkeys(map(Path, named.values()))
+    for file in files:
+        columns = {sensor: column for sensor, column in column_of.items() if Path(named[sensor]) == file}
         if len(set(columns.values())) < len(columns):
             raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column; give each its own")
         recording = opened(existing(f"path = {str(file)!r}", file), columns.values(), sampling)
@@ -178,24 +177,18 @@ def read_signal(
             time, values, units[sensor], doubts = even(file, recording, column, sampling, f"sensor {sensor}")
             pieces[sensor], said = (time, values), [*said, *doubts]
         notes += [f"{file}: {note}" for note in dict.fromkeys(said)]
+
+    # All channels over the same times, from the first sample with a value to the last, in N.
+    where = ", ".join(map(str, files))
     time, forces, said = on_one_time(where, {sensor: pieces[sensor] for sensor in column_of})
     held = np.flatnonzero(np.isfinite([*forces.values()]).any(axis=0))
     cut = slice(held[0], held[-1] + 1)
     if ends := [f"the {end} {n}" for end, n in (("first", held[0]), ("last", time.size - cut.stop)) if n]:
         said.append(f"samples without values, {' and '.join(ends)}, were left out")
     notes += [f"{where}: {note}" for note in said]
-
-    # Forces in N.
     for sensor, unit_read in units.items():
-        factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
-        if unit_read == "N":
-            is_wrong, cure = calibration is not None, "must be left out where the unit is N"
-        else:
-            is_wrong = factor is None or finite("calibration", factor, "N/V") == 0.0
-            cure = f"give a number of N/V for sensor {sensor}, not zero, such as calibration = 25"
-        if is_wrong:
-            raise ValueError(f"calibration = {calibration!r}: {cure}")
-        forces[sensor] = (factor or 1.0) * forces[sensor][cut]
+        forces[sensor] = _newtons(sensor, unit_read, calibration) * forces[sensor][cut]
+
     names = {n: str(file) for n, file in named.items()} if isinstance(path, Mapping) else str(path)
     inputs = {"signal": names, "sensors": column_of, **sampling._asdict(), "columns_converted_to": units}
     inputs |= {"calibration": calibration, "baseline": baseline}
@@ -204,6 +197,19 @@ def read_signal(
     for note in notes:
         caution(note)
     return data.assign_attrs(reading="\n".join(note.removeprefix(f"{where}: ") for note in notes))
+
+
+def _newtons(sensor: int, unit: str, calibration: float | Mapping[int, float] | None) -> float:
+    """Return the force, N, of one unit of a sensor's channel, V or N."""
+    if unit == "N":
+        if calibration is not None:
+            raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
+        return 1.0
+    factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
+    if factor is None or finite("calibration", factor, "N/V") == 0.0:
+        cure = f"give a number of N/V for sensor {sensor}, not zero, such as calibration = 25"
+        raise ValueError(f"calibration = {calibration!r}: {cure}")
+    return factor
 
 
 def _dataset(

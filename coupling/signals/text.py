@@ -166,7 +166,7 @@ def samples_in(
     if not three.any() or numbers[chosen].isna().all().any():
         raise ValueError(
             f"{path}: must hold a line for each sample, with numbers in columns {', '.join(map(str, chosen))}, counted "
-            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; columns are separated by ; | tabs or  "
+            f"from 0; a line is {lines.iloc[len(lines) // 2][:SHOWN]!r}; columns are separated by ; | tabs or "
             "blanks, or by commas if decimals have points; a file without times needs interval="
         )
     first, end = int(three.argmax()), int(np.flatnonzero(is_sample)[-1]) + 1
