@@ -12,7 +12,6 @@ from structures.structure import Vector
 FEWEST = 3  # Least number of distances.
 
 LABEL = "critical distance"
-
 SWALLOWED = "no wave above 1 % of the incident one returns from the greatest distance"
 
 
@@ -56,11 +55,9 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
     if not rises or distances[0] < 0.0:
         raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative or twice")
     found = xr.apply_ufunc(
-        lambda curve: last_crossing(distances.astype(float), curve, tolerance)[0],
-        ordered,
-        input_core_dims=[[dimension]],
-        vectorize=True,
-    )
+        lambda curve: last_crossing(distances.astype(float), curve, tolerance)[0], ordered,
+        input_core_dims=[[dimension]], vectorize=True,
+    )  # fmt: skip
     return number_or_array(found, "m", LABEL)
 
 

@@ -115,7 +115,7 @@ def critical_distance_search(
     points = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     together = len(values[list(values)[-1]]) if values else 1
     curves: list[Curve] = [{} for _ in points]
-    searches = [_Search(curve, limit, bracket) for curve in curves for limit in tolerances]
+    searches = [_Search(i, curve, limit, bracket) for i, curve in enumerate(curves) for limit in tolerances]
     said = dict[str, list[str]]()
     wanted = {(i, distance) for i in range(len(curves)) for distance in scan}
     while wanted:
@@ -128,13 +128,12 @@ def critical_distance_search(
             curves[i][distance] = run
             if lines := findings_of(run):
                 said[shown(point, build, distance="m")] = lines
-        nexts = [search.next() for search in searches]
-        wanted = {(place // len(tolerances), distance) for place, found in enumerate(nexts) for distance in found}
+        wanted = {(search.number, distance) for search in searches for distance in search.next()}
 
     data = _dataset(searches, curves, tolerances, values)
     findings = gathered(said, sum(map(len, curves)))
-    for point, search in zip([point for point in points for _ in tolerances], searches, strict=True):
-        findings += [one + f" (at {shown(point, build)})" * bool(point) for one in search.findings()]
+    for search in searches:
+        findings += [one + f" (at {shown(points[search.number], build)})" * bool(axes) for one in search.findings()]
     warn(findings)
     data = data if isinstance(tolerance, Iterable) else data.squeeze("within")
     return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
@@ -143,42 +142,46 @@ def critical_distance_search(
 class _Search:
     """The search for the last crossing of one curve for one tolerance, until its bracket, m, is short enough."""
 
-    def __init__(self, curve: Curve, tolerance: float, bracket: float) -> None:
-        self.curve, self.tolerance, self.bracket, self.before = curve, tolerance, bracket, inf
+    def __init__(self, number: int, curve: Curve, tolerance: float, bracket: float) -> None:
+        self.number, self.curve, self.tolerance, self.bracket, self.before = number, curve, tolerance, bracket, inf
 
     def crossing(self) -> tuple[float, float, float]:
         """Return the crossing and its bracket, m; see `last_crossing`."""
         return last_crossing(*as_arrays(self.curve), self.tolerance)
 
     def next(self) -> list[float]:
-        """Return the distances, m, that the search needs next. This is the midpoint of the bracket if it suffices, or
-        if the last step was slow. Otherwise these are two places close to the crossing of a cubic spline through three
-        neighbours on each side, if they lie in the bracket. At the end, these are places beyond it, as AR may leave the
-        band between two samples: turns of a spline through all samples near the edge of the band or outside it; else,
-        up to twice the crossing, the middles of wide intervals."""
+        """Return the distances, m, that the search needs next: in the bracket while it is too long, then beyond it."""
         _, low, high = self.crossing()
-        x, y = self.samples()
         if not high < inf:
             return []
         if low not in self.curve or high - low <= self.bracket:
-            spline = CubicSpline(x, y)
-            turns = spline.derivative().roots(extrapolate=False)
-            turns = turns[(turns > high) & (turns < x[-1]) & (abs(spline(turns)) > 0.7 * self.tolerance)]
-            before, after = x[x.searchsorted(turns) - 1], x[x.searchsorted(turns)]
-            far = np.minimum(turns - before, after - turns) > np.maximum(0.1 * (after - before), self.bracket)
-            # An echo depends on d²/t, so AR turns at distances that grow by a factor.
-            wide = (x[1:] > 1.4 * x[:-1]) & (x[1:] - x[:-1] > self.bracket) & (x[:-1] >= high) & (x[:-1] < 2.0 * high)
-            return [round(place, 9) for place in turns[far].tolist() or (0.5 * (x[1:] + x[:-1]))[wide].tolist()]
+            return self._doubtful(high)
+
         slow, self.before = high - low > 0.5 * self.before, high - low
         if slow or high - low <= 2.0 * self.bracket:
-            return [round(0.5 * (low + high), 9)]
-        level = float(np.copysign(self.tolerance, y[x.searchsorted(low)]))
-        near = slice(max(0, int(np.searchsorted(x, low)) - 2), int(np.searchsorted(x, high)) + 3)
-        spline = CubicSpline(x[near], y[near])
+            return [round(0.5 * (low + high), 9)]  # the midpoint suffices, or is safer
+
+        # Two places beside the crossing of a spline through three neighbours on each side. The crossing is then
+        # nearly midway between two samples whose distance is a little less than the bracket.
+        x, y = self.samples()
+        left, right = x.searchsorted((low, high))
+        near, level = slice(max(0, left - 2), right + 3), float(np.copysign(self.tolerance, y[left]))
+        spline, reach = CubicSpline(x[near], y[near]), 0.45 * self.bracket
         crossing = brentq(lambda d: spline(d) - level, low, high)
-        # The crossing is then nearly midway between two samples whose distance is a little less than the bracket.
-        reach = 0.45 * self.bracket
         return [round(place, 9) for place in (crossing - reach, crossing + reach) if low < place < high]
+
+    def _doubtful(self, high: float) -> list[float]:
+        """Return places beyond the bracket where AR may leave the tolerance between two samples: turns of a spline
+        through all samples, near its edge or outside it; else, up to twice the crossing, middles of wide intervals."""
+        x, y = self.samples()
+        spline = CubicSpline(x, y)
+        turns = spline.derivative().roots(extrapolate=False)
+        turns = turns[(turns > high) & (turns < x[-1]) & (abs(spline(turns)) > 0.7 * self.tolerance)]
+        before, after = x[x.searchsorted(turns) - 1], x[x.searchsorted(turns)]
+        far = np.minimum(turns - before, after - turns) > np.maximum(0.1 * (after - before), self.bracket)
+        # An echo depends on d²/t, so AR turns at distances that grow by a factor.
+        wide = (x[1:] > 1.4 * x[:-1]) & (x[1:] - x[:-1] > self.bracket) & (x[:-1] >= high) & (x[:-1] < 2.0 * high)
+        return [round(place, 9) for place in turns[far].tolist() or (0.5 * (x[1:] + x[:-1]))[wide].tolist()]
 
     def samples(self) -> tuple[Vector, Vector]:
         """Return the distances with a wave, m, and AR there minus its far value."""
