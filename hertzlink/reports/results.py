@@ -55,36 +55,42 @@ FRESH_SPOT = (
 def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) -> Page:
     """Return the page of a run or a signal. yielded: the same run with contacts that yield."""
     reading, is_run = Reading(data), kind_of(data) == RUN
-    numbers, count = traces.sensors_of(reading, sensors), data.sizes.get("chain", 1)
+    numbers, chains = traces.sensors_of(reading, sensors), data.sizes.get("chain", 1)
     page, beads = Page("Run" if is_run else "Measured signal"), ", ".join(map(str, numbers))
-    for i in range(count):
-        who, name = (f" of chain {i}", f"-chain-{i}") if count > 1 else ("", "")
-        spots = {"": data} | ({} if yielded is None else {", fresh spot": yielded})
-        spots = {spot: run.isel(chain=i) if count > 1 else run for spot, run in spots.items()}
-        one, *fresh = spots.values()
+    for i in range(chains):
+        who, name, one, fresh = "", "", data, yielded
+        if chains > 1:
+            who, name, one = f" of chain {i}", f"-chain-{i}", data.isel(chain=i)
+            fresh = None if yielded is None else yielded.isel(chain=i)
         page.sentences.append(f"At bead {numbers[0]}{who} {waves_in_words(one, numbers[0])}.")
-        for spot in fresh:
-            page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(spot, numbers[0])}.")
+        if fresh is not None:
+            page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(fresh, numbers[0])}.")
 
-        def forces(ax: Any, one: xr.Dataset = one, fresh: list[xr.Dataset] = fresh) -> None:
+        def forces(ax: Any, one: xr.Dataset = one, fresh: xr.Dataset | None = fresh) -> None:
             traces.traces(one, numbers, ax)
-            for place, number in enumerate(numbers * len(fresh)):
-                force, colour = sensor_force(fresh[0], number), COLOURS[(len(numbers) + place) % len(COLOURS)]
-                label = f"bead {number} on a fresh spot, where the metal yields"
+            if fresh is None:
+                return
+            for place, number in enumerate(numbers, len(numbers)):
+                force, colour = sensor_force(fresh, number), COLOURS[place % len(COLOURS)]
+                where = f"bead {number} on a fresh spot, "
+                label = f"{where}where the metal yields"
                 ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.3, label=label)
-                traces.mark_waves(ax, fresh[0], number, colour, label.partition("where")[0], ("primary", "secondary"))
-                legend_below(ax)
+                traces.mark_waves(ax, fresh, number, colour, where, ("primary", "secondary"))
+            legend_below(ax)
 
         words = f"Force at bead{'s' * (len(numbers) > 1)} {beads}{who}, and its waves."
         page.pictures.append(drawn(f"traces{name}", words, forces))
         if is_run and not Reading(one).at_sensors:
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
             page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
+
         rows = list[list[str]]()
+        spots = {"": one} if fresh is None else {"": one, ", fresh spot": fresh}
         for (where, there), number in product(spots.items(), numbers):
             for wave, found in waves_at(there, number).items():
-                cells = ["", "", "", "", f"none; {found.reason}"] if isinstance(found, NoWave) else []
-                if isinstance(found, Wave):
+                if isinstance(found, NoWave):
+                    cells = ["", "", "", "", f"none; {found.reason}"]
+                else:
                     cells = [f"{found.amplitude:.2f}", f"{1e6 * found.arrival:.2f}", "", "", ""]
                 if isinstance(found, ReflectedWave):
                     cells[2:] = *found.texts, ABOVE_ONE * (found.amplitude_ratio > 1.0)
@@ -95,6 +101,7 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
             shares = [row for budget in budgets.values() for row in budget["rows"]]
             columns = "measure", "value ± standard uncertainty", "shares of the variance"
             page.tables.append(Table("Effect of uncertain parameters on AR and TOF", columns, shares))
+
     page.sentences += [FRESH_SPOT] * (yielded is not None) + [DEFINED]
     length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {count_of(reading.time.size, 'sample')}"
     record = f"The record is {'simulated' if is_run else 'measured'}: {length}."
@@ -200,18 +207,20 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
     what = "the edge" if "distance" in words else words
     # A case with a law of its own has one result, whose contacts may yield.
     spots = {"": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
-    (factor, unit), rows, unsettled, swallowed = parameter(data.distance), list[list[str]](), False, False
+    factor, unit = parameter(data.distance)
+    rows, unsettled, swallowed = list[list[str]](), False, False
     for number, place in enumerate(np.ndindex(*critical.shape)):
-        at, found = point_in_words(critical, critical.dims, place), dict[str, list[str]]()
+        at = point_in_words(critical, critical.dims, place)
         where = f", for {said_of(at)}" * bool(at)
         curves = {spot: runs.isel(dict(zip(critical.dims, place, strict=True))) for spot, runs in spots.items()}
+        spots_by_answer = dict[str, list[str]]()
         for spot, curve in curves.items():
             low, high = factor * curve.bracket.values.ravel()
             ends = low, factor * float(curve.critical_distance), high
             low_end, distance, high_end = (f"{end:#.4g}".rstrip(".") for end in ends)
-            between, changes = f"{low_end} to {high_end}", f"{what} changes AR by less than {float(curve.within):g}"
+            between, far = f"{low_end} to {high_end}", f"{float(curve.far_value):.4f}"
+            changes = f"{what} changes AR by less than {float(curve.within):g}"
             said = f"beyond {distance} {unit} ({between} {unit}) {changes}"
-            far = f"{float(curve.far_value):.4f}"
             if np.isnan(curve.far_value):
                 between, far = "no reflected wave far away", "none"
                 why = "the record ends before the wave comes back" if curve.short_record else SWALLOWED
@@ -231,9 +240,11 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
                 said = f"from the smallest distance with a wave on, {high_end} {unit}, {changes}"
             if np.isfinite(high) and not curve.settled:
                 far, unsettled = f"{far}, perhaps not settled", True
-            found.setdefault(said, []).append(spot)
+            spots_by_answer.setdefault(said, []).append(spot)
             rows.append([*at.values(), *([spot] * bool(spot)), distance, between, far])
-        first, *others = [f"{said} {' and '.join(spots)}".rstrip() for said, spots in found.items()]
+
+        # One sentence for all spots, in which what the edge changes is said once.
+        first, *others = [f"{said} {' and '.join(of)}".rstrip() for said, of in spots_by_answer.items()]
         same = f" {changes}" * (changes in first)
         answer = ", and ".join([first, *(one.replace(same, "") for one in others)])
         page.sentences.append(f"{answer[:1].upper()}{answer[1:]}{where}.")
