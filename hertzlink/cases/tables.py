@@ -91,27 +91,30 @@ def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> A
     tables, below = tables_of(task, data)
     if (tables[0].data.filter(like=AR) > 1.0).any(axis=None):
         below.insert(0, fill(f"AR {ABOVE_ONE}", WIDTH))
-    if yielded is not None:
-        with collected() as fresh:
-            others, more = tables_of(task, yielded)
-        for message in fresh:
-            caution(f"fresh spot, {message}")
-        below[:0] = [remark for remark in more if remark.startswith(("<", ">", "?", "unknown")) and remark not in below]
-        for i, (elastic, yielding) in enumerate(zip(tuple(tables), others, strict=True)):
-            if elastic.file == "traces.csv":  # their times differ
-                tables.append(Table("traces_yielding.csv", yielding.data))
-                continue
-            # A last column names the contact law of each row.
-            laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
-            both = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
-            shown = pd.DataFrame()
-            if len(elastic.shown):
-                differs = (elastic.shown != yielding.shown).any(axis=1)
-                rows = elastic.shown.assign(contacts="elastic"), yielding.shown[differs].assign(contacts="fresh spot")
-                shown = pd.concat(rows).sort_index(kind="stable")
-            tables[i] = Table(elastic.file, both, shown)
-        below.insert(0, fill(f"fresh spot: the metal yields there; computed with {YIELDING}", WIDTH))
-    return Answer(data, tables, below, task.case.title, yielded)
+    if yielded is None:
+        return Answer(data, tables, below, task.case.title)
+
+    # Rows of both contact laws in one table; only the traces have tables of their own, as their times differ.
+    with collected() as fresh:
+        others, more = tables_of(task, yielded)
+    for message in fresh:
+        caution(f"fresh spot, {message}")
+    both = list[Table]()
+    for elastic, yielding in zip(tables, others, strict=True):
+        if elastic.file == "traces.csv":
+            both += [elastic, Table("traces_yielding.csv", yielding.data)]
+            continue
+        laws = {"elastic": elastic.data, "Jackson-Green": yielding.data}
+        rows = pd.concat([one.assign(**{"contact law": law}) for law, one in laws.items()])
+        shown = pd.DataFrame()
+        if len(elastic.shown):
+            differs = (elastic.shown != yielding.shown).any(axis=1)
+            spots = elastic.shown.assign(contacts="elastic"), yielding.shown[differs].assign(contacts="fresh spot")
+            shown = pd.concat(spots).sort_index(kind="stable")
+        both.append(Table(elastic.file, rows, shown))
+    first = fill(f"fresh spot: the metal yields there; computed with {YIELDING}", WIDTH)
+    remarks = [line for line in more if line.startswith(("<", ">", "?", "unknown")) and line not in below]
+    return Answer(data, both, [first, *remarks, *below], task.case.title, yielded)
 
 
 def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:

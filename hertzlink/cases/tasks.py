@@ -58,8 +58,11 @@ class Task:
     @property
     def ends(self) -> list[dict[str, Any]]:
         """The points at which one axis is at its least or greatest value, and the others are at their first."""
-        both = [(axis, {min(axis.values), max(axis.values)} if axis.is_number else axis.values) for axis in self.axes]
-        return [self.start | {axis.name: value} for axis, ends in both for value in ends if value != axis.values[0]]
+        points = list[dict[str, Any]]()
+        for axis in self.axes:
+            ends = {min(axis.values), max(axis.values)} if axis.is_number else axis.values
+            points += [self.start | {axis.name: value} for value in ends if value != axis.values[0]]
+        return points
 
     @property
     def units(self) -> dict[str, str]:
@@ -256,11 +259,13 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
             pass  # A case that cannot run with the law keeps its findings.
         else:
             cure = '; the rows "fresh spot" include it, by Jackson and Green\'s law'
-            said, findings = (
-                [one.split("; ")[0] + cure if is_of_yield(one) else one for one in many] for many in (said, findings)
-            )
-            data = with_warnings(data, findings)
-            said += [f"fresh spot, {one}" for one in fresh if one not in (*said, *findings) and not is_of_yield(one)]
+            new = [one for one in fresh if one not in (*said, *findings) and not is_of_yield(one)]
+
+            def cured(messages: list[str]) -> list[str]:
+                return [one.split("; ")[0] + cure if is_of_yield(one) else one for one in messages]
+
+            data = with_warnings(data, cured(findings))
+            said = [*cured(said), *(f"fresh spot, {one}" for one in new)]
     for message in dict.fromkeys(said):
         caution(message)
     return data, yielded
