@@ -153,11 +153,14 @@ class Case:
 
         def seat(number: int, end: str) -> Any:
             """Return what an end of a chain touches: a contact point, or a structure with a single one."""
-            path, stated = (*calls[number].path, end), calls[number].entries.get(end)
+            stated = calls[number].entries.get(end)
             if stated is None and end == "behind":
                 return None
-            in_order = points[number] if len(points) == len(calls) else None
-            at, fault = in_order if stated is None else (stated.made.structure, stated.made.point), ""
+            at, fault = None, ""
+            if stated is not None:
+                at = stated.made.structure, stated.made.point
+            elif len(points) == len(calls):  # in their order
+                at = points[number]
             if at is None or at not in points:
                 what = f"there is no contact point {at[1]} of structure {at[0]}" if at else "is missing"
                 every = ", ".join(f"{{ structure = {body}, point = {point} }}" for body, point in points)
@@ -167,16 +170,16 @@ class Case:
             elif at in taken and built[at[0]] is not None:
                 fault = "is the contact point of another chain; give each its own, as in at = [[...], [...]]"
             if at is None or fault:
-                raise Fault(path, fault)
+                raise Fault((*calls[number].path, end), fault)
             taken.add(at)
             return ContactPoint(built[at[0]], at[1]) if points_of(bodies[at[0]]) > 1 else built[at[0]]
 
-        given: list[Any] = [chains, *([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))]
-        if not isinstance(new.tree.entries["chain"], list):
-            given = [one[0] for one in given]
+        on, behind = ([seat(number, end) for number in range(len(calls))] for end in ("on", "behind"))
         settings = run.made
         try:
-            return CoSimulation(given[0], given[1], behind=given[2], **settings)
+            if isinstance(new.tree.entries["chain"], list):
+                return CoSimulation(chains, on, behind=behind, **settings)
+            return CoSimulation(chains[0], on[0], behind=behind[0], **settings)
         except ValueError as error:
             name = str(error).partition(": ")[0].partition(" = ")[0]
             # A message that names no section is about the chain.
