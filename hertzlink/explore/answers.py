@@ -60,12 +60,10 @@ class Explorer:
             run = case.run(self.simulation(case))
             waves, force = reflections(run, sensor), sensor_force(run, sensor)
             took = perf_counter() - began
-        shown = {
-            kind: {name: float(getattr(wave, name)) for name in MEASURES if hasattr(wave, name)}
-            if wave
-            else {"reason": wave.reason}
-            for kind, wave in waves._asdict().items()
-        }
+        shown = dict[str, dict[str, Any]]()
+        for kind, wave in waves._asdict().items():
+            measures = {name: float(getattr(wave, name)) for name in MEASURES if hasattr(wave, name)}
+            shown[kind] = measures if wave else {"reason": wave.reason}
         times, forces = thinned(force)
         return {
             "sensor": sensor, "waves": shown, "time": times.tolist(), "force": forces.tolist(), "until": case.until,
@@ -88,7 +86,9 @@ def modes_for(case: Case, sliders: Sequence[Slider]) -> OnModes | None:
     reduced = case.tree.entries["run"].entries.get("reduce", True)
     if not moved or reduced is not True or any(slider.choices for slider in moved):
         return None
-    changes: list[dict[str, float]] = [{}, *({s.name: float(end * s.size)} for s in moved for end in (s.low, s.high))]
+    changes: list[dict[str, float]] = [{}]
+    for slider in moved:
+        changes += [{slider.name: float(end * slider.size)} for end in (slider.low, slider.high)]
     return modes_of([case.changed(change).simulation for change in changes], case.until)
 
 

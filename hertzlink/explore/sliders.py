@@ -49,10 +49,10 @@ class Slider:
     def read(self, text: str) -> Any:
         """Return the entry of the case that a text from the page means; raise a ValueError for any other text."""
         allowed, fault = f"{plain(self.low)} to {plain(self.high)} {self.unit}".strip(), ""
-        if self.choices and text not in self.choices:
-            fault = f"{text[:40]!r} is not a choice; take one of {', '.join(self.choices)}"
-        elif self.choices:
+        if text in self.choices:
             return self.choices[text]
+        if self.choices:
+            fault = f"{text[:40]!r} is not a choice; take one of {', '.join(self.choices)}"
         elif not NUMBER.fullmatch(text) or (self.whole and not text.lstrip("-").isdigit()):
             fault = f"{text[:40]!r} is not a {'whole number' if self.whole else 'number'}; give one from {allowed}"
         elif not self.low <= Decimal(text) <= self.high:
@@ -96,7 +96,7 @@ def start_of(task: Task) -> Case:
 def sliders_of(task: Task, start: Case) -> list[Slider]:
     """Return the sliders of a case, the first ones of its structure. start: what `start_of` returns."""
     start.only_chain("the page")
-    (chain,), varied, sliders = start.all("chain"), [axis.path for axis in task.axes], list[Slider]()
+    sliders = list[Slider]()
     for axis in task.axes:
         value = start.value(axis.path)
         if len(axis.values) > 1 and axis.is_number:
@@ -109,11 +109,16 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
             texts = {str(one): one for one in axis.values}
             word = str(value) if str(value) in texts else next(iter(texts))
             sliders.append(Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), word, choices=texts))
+
+    # Numbers that no axis varies.
+    (chain,) = start.all("chain")
     numbers = [] if task.axes else list(stated(start, start.tree.entries["structure"]))
     numbers += stated(start, chain)
-    losses, drop = chain.entries.get("dissipation"), chain.entries.get("drop_height")
-    numbers += stated(start, losses) if isinstance(losses, Call) else ()
-    numbers += [(("chain", "drop_height"), drop, WIDE, inf)] if drop else []
+    if isinstance(losses := chain.entries.get("dissipation"), Call):
+        numbers += stated(start, losses)
+    if drop := chain.entries.get("drop_height"):
+        numbers.append((("chain", "drop_height"), drop, WIDE, inf))
+    varied = [axis.path for axis in task.axes]
     sliders += [around(start, *number) for number in numbers if number[0] not in varied]
     if SENSOR not in varied:
         sensor, last = Decimal(start.data["measure"]["sensor"]), Decimal(count_of_beads(start, 0))
