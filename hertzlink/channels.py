@@ -30,7 +30,7 @@ def table(seen: Overview) -> str:
     first, looks = seen.looks[0], seen.looks[:SHOWN]
     step = float(first.time[1] - first.time[0])
     begin, end = (readable(float(first.time[k]), "s", 4) for k in (0, -1))
-    rows, notes = [("column", "name", "least", "greatest", "step", "noise", "hum")], list[str]()
+    rows, notes = [["column", "name", "least", "greatest", "step", "noise", "hum"]], list[str]()
     for look in looks:
         ends = np.array([np.nanmin(look.values), np.nanmax(look.values)])
         ends[abs(ends) <= SILENT * abs(ends).max()] = 0.0
@@ -38,11 +38,16 @@ def table(seen: Overview) -> str:
         hum = "lead too short" if look.lead < 0.02 else "none"  # a period of 50 Hz
         if look.hum:
             hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}"
-        rows.append((str(look.column), look.name, *sizes, hum))  # type: ignore[arg-type]
+        rows.append([str(look.column), look.name, *sizes, hum])
         notes += [f"column {look.column}: {text}" for text in remarks(look, first)]
-    room = LINE - max(len(line) for line in as_text([(row[0], "", *row[2:]) for row in rows], [], True).splitlines())
-    names = [name if len(name) <= room else f"{name[: room - 9]}…{name[-8:]}" for _, name, *_ in rows]
-    rows = [(row[0], name, *row[2:]) for row, name in zip(rows, names, strict=True)]
+
+    # Names are shortened to the room that the numbers leave in a line.
+    without_names = as_text([[column, "", *numbers] for column, _, *numbers in rows], [], are_numbers=True)
+    room = LINE - max(map(len, without_names.splitlines()))
+    for row in rows:
+        if len(row[1]) > room:
+            row[1] = f"{row[1][: room - 9]}…{row[1][-8:]}"
+
     if len(seen.looks) > SHOWN:
         notes.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
     notes += [f"column {column}: {as_options(reason)}" for column, reason in [*seen.refused.items()][:SHOWN]]
