@@ -91,9 +91,10 @@ def assert_same_waves(
         chosen = [whole("sensors", number) for number in listed("sensors", sensors, object, "numbers of beads")]
     elif old is not None:
         chosen = [int(number) for number in np.atleast_1d(old.attrs["sensors"])]
+    elif reading.is_signal:
+        chosen = reading.data.sensor.values.tolist()
     else:
-        beads = reading.data.sensor.values.tolist() if reading.is_signal else reading.whole_beads
-        chosen = beads if reading.is_signal else [beads[len(beads) // 2]]
+        chosen = [reading.whole_beads[len(reading.whole_beads) // 2]]
     with collected() as findings:
         now = waves(run, chosen)
     warn(one_of_each(findings))
@@ -105,13 +106,15 @@ def assert_same_waves(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, bytes(now.to_netcdf(engine="h5netcdf", encoding=coding)))
     elif lines := [*complaints(old, now, rtol)]:
+        # What else differs may be the reason.
         writer, ours = str(old.attrs["hertzlink"]), versions()["hertzlink"]
         wrote = f"hertzlink {writer} wrote the reference; {'as here' if writer == ours else f'this is {ours}'}"
         for name, words in (("versions", [wrote]), ("input", [])):
             there, here = (stored(data.attrs.get(name)) for data in (old, run))
-            changes = list(differences(there, here))
-            more = [f"and {len(changes) - MOST_INPUTS} more"] * (len(changes) > MOST_INPUTS)
-            told = [*words, *changes[:MOST_INPUTS], *more] if changes else ["the same", *words]
+            changes = [*differences(there, here)]
+            told = [*words, *changes[:MOST_INPUTS]] if changes else ["the same", *words]
+            if len(changes) > MOST_INPUTS:
+                told.append(f"and {len(changes) - MOST_INPUTS} more")
             lines.append(f"{name}: {'; '.join(told)}")
         lines.append(f"If the change is intended, write the reference again: update=True, or {UPDATE}=1.")
         raise AssertionError("\n  ".join([f"the waves differ from those in {path}:", *lines]))
@@ -141,12 +144,13 @@ def complaints(old: xr.Dataset, now: xr.Dataset, rtol: float) -> Iterator[str]:
         if there != here:
             yield f"{axis} = {there} there and {here} here"
             return
-    ends, step = [1e6 * float(data.time[-1]) for data in (old, now)], 1e6 * float(old.time[1] - old.time[0])
-    cut, names = abs(ends[1] - ends[0]) > 1.5 * step, dict.fromkeys([*old.data_vars, *now.data_vars])
+    ends = [1e6 * float(data.time[-1]) for data in (old, now)]
+    cut = abs(ends[1] - ends[0]) > 1.5e6 * float(old.time[1] - old.time[0])
     interpolated = now.time.size != old.time.size or not np.allclose(now.time, old.time, rtol=1e-9, atol=0.0)
     if interpolated:  # by cubic splines: straight lines would differ by 1e-4 between samples
         now = now.interp(time=old.time.values.clip(now.time.values[0], now.time.values[-1]), method="cubic")
     now = now.assign_coords(time=old.time)
+    names = dict.fromkeys([*old.data_vars, *now.data_vars])
     wrong = [line for name in names if (line := difference(str(name), old, now, rtol))]
     if wrong:
         yield from [*wrong, f"{len(names) - len(wrong)} of {len(names)} quantities agree"]
