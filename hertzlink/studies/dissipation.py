@@ -76,17 +76,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
 
-    def meeting(meeting: str) -> hl.CoSimulation:
-        # A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides rests.
-        wall = hl.half_space(RIGID)
-        if meeting == "at a bead":
-            wall = replace(hl.half_space(hl.STEEL_316), surface=STEEL.bead.surface)
-        return hl.CoSimulation(hl.Chain([STEEL.bead] * BEADS, STEEL.bead, IMPACT_SPEED), wall)
-
-    def secondary_wave(run: xr.Dataset) -> xr.Dataset:
-        wave = hl.reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
-        return xr.Dataset({"secondary": wave.amplitude_ratio if wave else np.nan})
-
     # All laws in steel, and all except the drag in PTFE and brass.
     materials = [
         hl.sweep(
@@ -109,12 +98,25 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2],
     )  # fmt: skip
     swept = swept[["peak", "arrival"]].sel(sensor=list(SENSORS))
+
+    def with_meeting(meeting: str) -> hl.CoSimulation:
+        # A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides rests.
+        wall = hl.half_space(RIGID)
+        if meeting == "at a bead":
+            wall = replace(hl.half_space(hl.STEEL_316), surface=STEEL.bead.surface)
+        return hl.CoSimulation(hl.Chain([STEEL.bead] * BEADS, STEEL.bead, IMPACT_SPEED), wall)
+
+    def secondary_wave(run: xr.Dataset) -> xr.Dataset:
+        wave = hl.reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
+        return xr.Dataset({"secondary": wave.amplitude_ratio if wave else np.nan})
+
+    met = hl.sweep(with_meeting, MEETING_UNTIL, jobs, secondary_wave, meeting=MEETINGS)
     found = [
         xr.concat(materials, "material", join="outer", combine_attrs="override"),
         corners[["peak"]].rename(peak="corner_peak"),
         swept.rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor"),
-        hl.sweep(meeting, MEETING_UNTIL, jobs, secondary_wave, meeting=MEETINGS),
-    ]  # fmt: skip
+        met,
+    ]
     return with_units(xr.merge(found, join="outer", combine_attrs="override"), shown_speed="m/s", striker_speed="m/s")
 
 

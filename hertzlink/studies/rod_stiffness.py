@@ -35,9 +35,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     only.
     """
     materials = {m.name: m for m in (WALLS if quick else hl.MATERIALS).values()}
-
     moduli = MODULI[::6] if quick else MODULI
     steels = {modulus: replace(STEEL, youngs_modulus=modulus, name="") for modulus in moduli}
+
+    data = hl.sweep(
+        lambda youngs_modulus: hl.CoSimulation(shared.chain(), shared.rod(layers(steels[youngs_modulus]))),
+        RECORD, jobs, shared.measure, youngs_modulus=moduli,
+    )  # fmt: skip
 
     def with_contact(run: xr.Dataset) -> xr.Dataset:
         incident, moved = hl.reflections(run, SENSOR).incident, run.displacement.sel(bead=BEADS).max()
@@ -48,10 +52,6 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         )
         return shared.measure(run).merge(last)
 
-    data = hl.sweep(
-        lambda youngs_modulus: hl.CoSimulation(shared.chain(), shared.rod(layers(steels[youngs_modulus]))),
-        RECORD, jobs, shared.measure, youngs_modulus=moduli,
-    )  # fmt: skip
     real_rods = hl.sweep(
         lambda material, dashpot: hl.CoSimulation(shared.chain(dashpot), shared.rod(layers(materials[material]))),
         RECORD, jobs, with_contact, material=list(materials), dashpot=shared.DASHPOTS,
