@@ -79,19 +79,20 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
     """Set the entry at a path, in tables that are made where they are missing."""
     at: Any = data
     for i, part in enumerate(path):
-        before, number = written(path[:i]), isinstance(part, int)
-        many = count_of(len(at), "entry") if isinstance(at, list) else ""
-        if many and not (isinstance(part, int) and part < len(at)):
-            raise ValueError(f"{before} has {many}, counted from 0 as {before}[0]; there is no {written((part,))}")
-        if not many and (number or not isinstance(at, dict)):
-            kind = "list" if number else "table"
-            raise ValueError(f"{before} is not a {kind}, so it has no entry {written((part,))}")
+        before, this = written(path[:i]), written((part,))
+        if isinstance(at, list):
+            if not isinstance(part, int) or part >= len(at):
+                many = count_of(len(at), "entry")
+                raise ValueError(f"{before} has {many}, counted from 0 as {before}[0]; there is no {this}")
+        elif isinstance(part, int) or not isinstance(at, dict):
+            kind = "list" if isinstance(part, int) else "table"
+            raise ValueError(f"{before} is not a {kind}, so it has no entry {this}")
         if i + 1 == len(path):
             at[part] = value
             return
         if part == "material" and isinstance(at.get(part), str):  # one property of a material that is named
             at[part] = {"like": at[part]}
-        at = at[part] if number else at.setdefault(part, {})
+        at = at[part] if isinstance(part, int) else at.setdefault(part, {})
 
 
 def shown(value: Any) -> str:

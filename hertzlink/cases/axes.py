@@ -58,14 +58,16 @@ class Axis:
 def axes_of(case: Case) -> tuple[Axis, ...]:
     """Return the axes of the section [sweep], the structure's first: runs with equal structures share a process."""
     axes: list[Axis] = []
-    reserved = (
-        OF_RUNS | {"sensor", "error"} | ({"distance", "within", "end"} if case.measure.critical_distance else set())
-    )
+    reserved = OF_RUNS | {"sensor", "error"}
+    if case.measure.critical_distance:
+        reserved |= {"distance", "within", "end"}
     for key, given in (case.tree.entries.get("sweep") or {}).items():
         axis = axis_of(case, key, ("sweep", key), given)
         for i, value in enumerate(given if isinstance(given, list) else ()):
             if axis.values[i] in axis.values[:i]:
                 raise Fault((*axis.place, i), f"{shown(value)} is given twice")
+
+        # The last part of the path names the axis in tables, and in results where no other variable has this name.
         last = written(axis.path[-2:] if isinstance(axis.path[-1], int) else axis.path[-1:])
         last = {"at[0]": "x", "at[1]": "y"}.get(last, last)
         label = axis.name if last in [other.label for other in axes] else last

@@ -170,16 +170,15 @@ def _sweep(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
 
 def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     """Return the critical distances, and AR at all distances that were run."""
-    along, wanted = task.along, task.case.measure.critical_distance
+    along, tolerance = task.along, float(data.within)
     assert along is not None
-    assert wanted is not None
     others = [axis for axis in task.axes if axis is not along]
     rows, cells, remarks = [], [], set()
     for places in product(*(range(len(axis.values)) for axis in others)):
         at = data.isel({axis.name: i for axis, i in zip(others, places, strict=True)})
         values = [axis.values[i] for axis, i in zip(others, places, strict=True)]
         critical, low, high, far = map(float, (at.critical_distance, *at.bracket, at.far_value))
-        rows.append([*values, critical, low, high, far, wanted.tolerance])
+        rows.append([*values, critical, low, high, far, tolerance])
         if bool(at.lower_bound):
             remarks.add("> : AR still changes at the last distance with a wave; the critical one is larger")
         if low == 0.0:
@@ -215,7 +214,7 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     ]
     below = [fill(remark, WIDTH) for remark in sorted(remarks)]
     if data.bracket.notnull().any():
-        below.append(f"beyond the critical distance AR stays within ± {wanted.tolerance:g} of AR far away")
+        below.append(f"beyond the critical distance AR stays within ± {tolerance:g} of AR far away")
     below.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
     return tables, below
 
