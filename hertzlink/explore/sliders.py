@@ -65,11 +65,10 @@ class Slider:
 
     def for_page(self) -> dict[str, Any]:
         """Return what the page needs to draw it."""
-        shown = {
-            name: getattr(self, name) for name in ("name", "label", "unit", "start", "low", "high", "step", "whole")
-        }
-        shown = {name: plain(value) if isinstance(value, Decimal) else value for name, value in shown.items()}
-        return shown | {"choices": list(self.choices)}
+        numbers = {name: getattr(self, name) for name in ("start", "low", "high", "step")}
+        texts = {name: plain(one) if isinstance(one, Decimal) else one for name, one in numbers.items()}
+        own = {"name": self.name, "label": self.label, "unit": self.unit, "whole": self.whole}
+        return own | texts | {"choices": list(self.choices)}
 
 
 def plain(value: Decimal) -> str:
