@@ -92,13 +92,15 @@ def numbers(data: xr.Dataset) -> Iterator[Number]:
     # The smallest beads, the largest beads, and the thinnest plate.
     small, large, thinnest, thickest = DIAMETERS[0], DIAMETERS[-1], THICKNESSES[0], THICKNESSES[-1]
     times = [1e6 * ours(small, t).contact_time for t in THICKNESSES]
-    with_parameters = [of_thesis(small, t, float(of_thesis(small, t).inelasticity)) for t in THICKNESSES]
-    again_times = [1e6 * float(one.contact_time) for one in with_parameters]
-    cases = {"": (min(times), max(times)), with_theirs(speed, small): (min(again_times), max(again_times))}
+    their_times = list[float]()
+    for thickness in THICKNESSES:
+        parameter = float(of_thesis(small, thickness).inelasticity)
+        their_times.append(1e6 * float(of_thesis(small, thickness, parameter).contact_time))
+    cases = {"": (min(times), max(times)), with_theirs(speed, small): (min(their_times), max(their_times))}
     yield Number("contact time, D 4.76, all plates", cases)
-    impacts = ours(large, thinnest), of_thesis(large, thinnest)
-    plain, again_e = (float(hl.theory.zener_restitution(float(one.inelasticity))) for one in impacts)
-    yield Number("e, D 19.05, t 2.29", {"": plain, with_theirs(speed, large): again_e})
+    parameters = (float(impact(large, thinnest).inelasticity) for impact in (ours, of_thesis))
+    plain, again = (float(hl.theory.zener_restitution(parameter)) for parameter in parameters)
+    yield Number("e, D 19.05, t 2.29", {"": plain, with_theirs(speed, large): again})
     yield Number("D/t, largest bead, thickest plate", {"": large / thickest, "19.1 mm": 19.1e-3 / thickest})
 
 

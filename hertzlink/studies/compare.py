@@ -75,7 +75,9 @@ class Printed(NamedTuple):
         cut_off = (low, high + last_digit(self.high))
         if self.kind != "about":
             low, high = rounded(self.low, self.high)
-        share = TOLERANCE[self.kind] and TOLERANCE[self.kind] + SIMULATION_ERROR
+        share = TOLERANCE[self.kind]
+        if share:
+            share += SIMULATION_ERROR
         widened = (low - share * abs(low), high + share * abs(high))
         return (widened,) if self.corrected or self.kind == "about" else (widened, cut_off)
 

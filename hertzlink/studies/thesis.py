@@ -36,12 +36,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 def rows_of(part: str, quick: bool) -> list[Row]:
     """Return the rows of one part in which the thesis prints something."""
     with collected():  # each study warns by itself
-        if part in CHECKED:
-            numbers = list(CHECKED[part]())
-        else:
-            of = study(part)
-            numbers = list(of.numbers(of.run(quick, 1)))
-    return compare(part, [number for number in numbers if number.name in printed(part)])
+        found = CHECKED[part]() if part in CHECKED else study(part).numbers(study(part).run(quick, 1))
+        return compare(part, [number for number in found if number.name in printed(part)])
 
 
 def rows(data: xr.Dataset, part: str = "") -> list[Row]:
