@@ -59,6 +59,11 @@ class CoSimulation:
         Whether to reduce, as by `hl.reduce`, linear structures that the compiled engine cannot take: those of more than
         600 unknowns, or of 300 if damping couples their modes. If False, they run unreduced, in Python.
 
+    Raises
+    ------
+    ValueError
+        If the arguments do not fit each other, or the scheme cannot serve these structures.
+
     Examples
     --------
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
@@ -199,10 +204,8 @@ class CoSimulation:
         return CoSimulation(**{**self._given, **changes})
 
     def for_run(self, until: float) -> "CoSimulation":
-        """Return the co-simulation that a run up to `until`, s, uses: large structures are reduced.
-
-        It is kept for later runs that are not longer. Raises ValueError as `plan` and `hl.reduce` do.
-        """
+        """Return the co-simulation that a run up to `until`, s, uses: large structures are reduced. It is kept for
+        later runs that are not longer. Raises ValueError as `plan` and `hl.reduce` do."""
         # Structures that are not reduced and too large for the compiled engine.
         large = [
             body for body in self.interface.structures

@@ -63,8 +63,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion]) -> Iterator
                     taken = beyond.bodies.material.name or "the other body"
                     words = (
                         f"strength: the yield strength of {material.name or 'a body'} is not known; that of {taken}, "
-                        f"{1e-6 * beyond.bodies.strength:.4g} MPa, is used where they touch; give "
-                        "Material(..., yield_strength=)"
+                        f"{1e-6 * beyond.bodies.strength:.4g} MPa, is used where they touch; give its yield_strength"
                     )
                     unknown[words] = None
     yield from unknown

@@ -86,6 +86,11 @@ def identify(
     HertzlinkWarning
         If the model does not explain the signal, several fits are as good, or contacts yield.
 
+    Raises
+    ------
+    ValueError
+        For sensors that the chain does not have, unknowns that `build` does not take, and records too short or coarse.
+
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)

@@ -94,6 +94,11 @@ def identifiability(
     Information
         The bound of each unknown and nuisance; ``print`` shows a table.
 
+    Raises
+    ------
+    ValueError
+        For values that are zero, unknowns that `build` does not take, and sensors that the chain does not have.
+
     Examples
     --------
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)

@@ -67,8 +67,7 @@ class Search:
         return minima
 
     def _lines(self, best: Fit, explained: bool) -> list[Line]:
-        """Return the line through the best fit along the range of each unknown. explained: whether this fit explains
-        the signal."""
+        """Return the line through the best fit along each range. explained: whether this fit explains the signal."""
         # Echoes make minima as narrow as 1/40 of a range from 1 to 60: lines of 128 places find them, 48 missed one.
         places = np.full(self.size, 128)
         if explained:
@@ -144,8 +143,7 @@ class Search:
         return self.misfit.fits([full(done.x)])[0]
 
     def interval(self, best: Fit, k: int, covariance: Vector, inflation: float) -> tuple[float, float]:
-        """Return the 95 % interval of an unknown around the best fit, as places. inflation: the variances over those of
-        unit noise."""
+        """Return the 95 % interval around the best fit, as places. inflation: variances over those of unit noise."""
         place, covariance = float(best.places[k]), covariance[: self.size, : self.size]
         deviations, ridge = np.sqrt(np.diag(covariance)), covariance[k] / covariance[k, k]
         half, correlated = DEVIATIONS * float(deviations[k]), abs(covariance[k] / (deviations * deviations[k]))
@@ -162,8 +160,7 @@ class Search:
 
     def _profile_end(self, best: Fit, k: int, half: float, inflation: float, limit: float, ridge: Vector) -> float:
         """Return the place, from the best one towards a limit, at which χ² with the other unknowns refitted reaches its
-        95 % level; the limit if it does not. half, ridge: half of the interval and the motion of the other unknowns, by
-        the curvature."""
+        95 % level; else the limit. half, ridge, by the curvature: half of the interval, the motion of the others."""
         latest, inside = best.places, float(best.places[k])
         below, side = -DEVIATIONS, np.sign(limit - inside)
         step = min(max(1.05 * half, FINEST_PROFILE), 0.1)

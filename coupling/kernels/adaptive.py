@@ -74,14 +74,11 @@ def adapt(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any,
     adaptation: Adaptation, windows: tuple[int, int, int, float, float],
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Advance a run by windows of one length, in place, until another length suits better.
-
-    windows: the number of windows done, and the number to reach, both counted in windows of this length; the number of
-    windows of the plan in a saved interval; the length, s; and the error of the last window.
-
-    Returns how the loop ended: OK if the end is reached, or if a window of twice the length is to be tried; the number
-    of windows done; and the error of the last one.
-    """
+    """Advance a run by windows of one length, in place, until another length suits better. windows: the number of
+    windows done, and the number to reach, both counted in windows of this length; the number of windows of the plan in
+    a saved interval; the length, s; and the error of the last window. Returns how the loop ended: OK if the end is
+    reached, or if a window of twice the length is to be tried; the number of windows done; and the error of the last
+    one."""
     done, last, stride, window, error = windows
     whole = adaptation.whole
     while done < last:

@@ -19,14 +19,10 @@ def move_on(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, window: float,
     windows: tuple[int, int, int, int],
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Advance a run by windows, in place.
-
-    windows: the numbers of the first window and of the last, counted from 1; the number of windows in a saved interval,
-    0 to save nothing; and the row in which the state is saved before the first window, or −1.
-
-    A window that fails leaves the run as it was before. Returns how the loop ended; the number of the window that was
-    last tried; and the residual, N.
-    """
+    """Advance a run by windows, in place. windows: the numbers of the first window and of the last, counted from 1; the
+    number of windows in a saved interval, 0 to save nothing; and the row in which the state is saved before the first
+    window, or −1. A window that fails leaves the run as it was before. Returns how the loop ended; the number of the
+    window that was last tried; and the residual, N."""
     # The state of the structures alternates between two arrays.
     state, free, contact = run.body, trial.free, trial.contact
     touched, problem, residual = False, OK, 0.0

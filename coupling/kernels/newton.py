@@ -53,11 +53,9 @@ def surfaces(compliance: Vector, contact: Records) -> None:
 @inner(forceinline=True)
 def agree(contacts: Any, run: Any, chains: Any, search: Any, t: float, window: float, trial: Any) -> tuple[int, float]:
     """Find the mean forces F of a window from time t on: those with which the chains answer the surfaces w_free + C F.
-
     This is Newton's method on G(w_free + C F) − F, with the compliance C and a secant slope of each chain's answer G
     over its surface. If a loss makes the force jump as a contact opens, there may be no root; the window is then
-    halved. Returns the number of trials, and the residual (N).
-    """
+    halved. Returns the number of trials, and the residual (N)."""
     compliance, contact, count = contacts.compliance, trial.contact, trial.contact.size
     slope, gap, last_surface, last_answer = trial.rows[0], trial.rows[1], trial.rows[2], trial.rows[3]
     matrix = trial.rows[4:]

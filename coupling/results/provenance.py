@@ -49,8 +49,7 @@ def folded(data: Any) -> Any:
 
 
 def stored(text: object) -> dict[str, Any]:
-    """Return input or versions from the text that a Dataset holds, with each bead written out; empty if the text is not
-    from `as_text`."""
+    """Return input or versions from the text of a Dataset, with each bead written out; empty without such a text."""
 
     def unfolded(table: dict[str, Any]) -> dict[str, Any]:
         if isinstance(beads := table.get("beads"), list):

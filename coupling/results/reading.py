@@ -20,10 +20,8 @@ ALL_KEPT = "by CoSimulation.run without sensors, which keeps everything"
 
 
 class Reading:
-    """A run, sweep, batch or signal: its kind, chains, contacts, forces and sensors.
-
-    what: the wanted Dataset, in the words of an error. Raises ValueError for other objects.
-    """
+    """A run, sweep, batch or signal: its kind, chains, contacts, forces and sensors. what: the wanted Dataset, in the
+    words of an error. Raises ValueError for other objects."""
 
     def __init__(self, run: object, what: str = "the Dataset of a run, a sweep or a signal") -> None:
         self.data: xr.Dataset = instance("run", run, xr.Dataset, what)

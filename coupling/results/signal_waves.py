@@ -57,15 +57,11 @@ Peak = tuple[float, float]
 
 class SignalWaves:
     """The waves in the force of one sensor (N), which may have gaps: the first, and all later ones in any direction.
-
     Waves are looked for in the signal smoothed over an eighth of a pulse. They must rise above the noise that this
     leaves and above one step of the digitiser. A least-squares polynomial through the original samples then gives
-    height and time.
-
-    smallest: least height, in units of the first wave. earliest: peaks sooner than this after the first wave are its
-    tail, s. In a compressed chain the tail swings below zero: a peak that is weaker than a later wave by TAIL, and
-    follows a trough of half its height, is left out as well.
-    """
+    height and time. smallest: least height, in units of the first wave. earliest: peaks sooner than this after the
+    first wave are its tail, s. In a compressed chain the tail swings below zero: a peak that is weaker than a later
+    wave by TAIL, and follows a trough of half its height, is left out as well."""
 
     def __init__(self, time: Vector, force: Vector, smallest: float, earliest: float = 0.0) -> None:
         self.time, self.given, self.smallest = time, force, smallest

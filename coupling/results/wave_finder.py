@@ -116,13 +116,11 @@ def find_waves(
 
 class Flow:
     """The flow of power over a bead in one run: force above the preload, N, and power, W, with their peaks' samples.
-
     wall: force on the structure above its preload, N. sensor: the number of the bead. hops: contacts from the bead to
     the structure. towards, back: the averaged power towards the structure and back. first, there: samples at which the
     wave arrives at the bead and at the structure. travel: the time between these, s. width: the samples of one hop.
     leaves: when the push on the structure ends, s. preload: of the bead, N. earliest: no wave from the structure takes
-    less than this part of the time by F^(−1/6).
-    """
+    less than this part of the time by F^(−1/6)."""
 
     def __init__(
         self, time: Vector, force: Vector, wall: Vector, velocity: Vector, sensor: int, hops: int, preload: float,

@@ -111,8 +111,7 @@ def read_text(path: Path, content: bytes, columns: Collection[int] | None, asked
 
 
 def form_of(path: Path, lines: pd.Series, wanted: Sequence[int]) -> tuple[str, str]:
-    """Return the delimiter and the decimal mark that give most numbers in lines of the middle, with numbers in all
-    wanted columns."""
+    """Return the delimiter and decimal mark that give most numbers in middle lines, and in all wanted columns."""
     middle = lines.iloc[len(lines) // 2 :][:TRIED]
     best, form = 0.0, (",", ".")
     for delimiter in DELIMITERS:

@@ -274,8 +274,7 @@ class Records:
 
 
 def as_measures(values: Any, count: int, taken: Container[Any] = ()) -> xr.Dataset:
-    """Return the values of a measure for some runs as a Dataset. An array without a name, or with a name in `taken`, is
-    called "measure"."""
+    """Return a measure of some runs as a Dataset. An array with no name, or a name in `taken`, is called "measure"."""
     if isinstance(values, xr.DataArray):
         values = values.to_dataset(name="measure" if not values.name or values.name in taken else values.name)
     measures = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")

@@ -75,6 +75,11 @@ def critical_distance_search(
         the greatest distance is back. All samples: `amplitude_ratio`, `time_of_flight` (s) and `sampled` over
         "distance". NaN at a sampled distance means that no wave returned within the record.
 
+    Raises
+    ------
+    ValueError
+        For an argument of a wrong kind or out of its range, and one that `build` does not take.
+
     Warns
     -----
     HertzlinkWarning

@@ -41,7 +41,7 @@ def outlook(task: Task) -> str:
     if bodies and first.until < (back := 2.0 * max(one.transit_time for one in chains)):
         lines[-1] += f"; too short: a wave takes about {readable(back, 's', 2)} to the structure and back"
     of = f" of chain {first.measure.chain}" if len(chains) > 1 else ""
-    lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
+    lines.append(f"sensors: bead{'s' * (len(task.sensors) > 1)} {', '.join(map(str, task.sensors))}{of}")
     if task.case.identify is not None:
         from hertzlink.cases.identification import question_of
 

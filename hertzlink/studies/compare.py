@@ -150,7 +150,7 @@ def verdict(line: Printed, ours: Ours) -> tuple[str, str]:
     ends = zip((line.low, line.high), as_range(own), (min, max), strict=True)
     known = [(float(Fraction(end)), value, outer) for end, value, outer in ends if end]
     off = max((outer(value, end) / end - 1.0 for end, value, outer in known if end), key=abs, default=0.0)
-    return DIFFERS, f"by {100.0 * off:+.2g} %" if off else ""
+    return DIFFERS, f"by {float(f'{100.0 * off:.2g}'):+g} %" if off else ""
 
 
 def agrees(expected: Range, ours: Case, whole: bool = True) -> bool:
