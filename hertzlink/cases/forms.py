@@ -94,9 +94,9 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
         notes = (replace(one, low=0.0, high=inf) if isinstance(one, Quantity) else one for one in radius.notes)
         entries["radius"] = replace(radius, default=None)
         entries["diameter"] = replace(radius, name="diameter", default=None, notes=tuple(notes))
-    common = FAMILIES[family].common if family and not kind else {}
-    tag = FAMILIES[family].tag if family else ""
-    return Form(target, make, kind or of.kind, tag, entries | dict(common), common)
+    of_family = FAMILIES[family] if family else Family(tag="")
+    common = {} if kind else of_family.common
+    return Form(target, make, kind or of.kind, of_family.tag, entries | dict(common), common)
 
 
 @cache

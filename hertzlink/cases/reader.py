@@ -79,7 +79,9 @@ class Call:
         name, equals, value = (part.strip() for part in head.partition(" = "))
         name = name.split("[")[0].strip()
         half = name == "radius" and "diameter" in self.entries
-        place = ("diameter",) if half else (name,) if name in self.form.entries else POINT.get(name, (name,))
+        if half:
+            name = "diameter"
+        place = (name,) if name in self.form.entries else POINT.get(name, (name,))
         if not reason or place[0] not in self.form.entries:
             return Fault(self.path, message)
         typed = entry(self.typed, place)
@@ -88,12 +90,14 @@ class Call:
         if not equals or typed is None or isinstance(typed, Mapping):
             reason = f"is missing; {reason}" if value == "None" else reason.rpartition("}: ")[2]
             return Fault((*self.path, *place), reason)
+
+        # The reason in the words of the case: perhaps with another unit, and limits in the unit of the entry.
         quantity = self.form.entries[place[0]].quantity
         if quantity and isinstance(typed, int | float) and typed > quantity.likely[1]:
             reason += f'; did you mean "{typed:g} {quantity.above}"?'
         given = NUMBER.fullmatch(typed) if isinstance(typed, str) else None
         stated = re.search(r"(?:between \S+ and |, )\S+ (m|s|N)(?![\w/·²³])", reason)
-        if given and given[2] and stated:  # a limit is in the unit of the entry
+        if given and given[2] and stated:
             size = float(factor(given[2], stated[1]))
             limit = re.sub(r"\d[\d.]*(e[-+]?\d+)?", lambda one: f"{float(one[0]) / size:.6g}", stated[0])
             reason = reason.replace(stated[0], limit.removesuffix(stated[1]) + given[2])
