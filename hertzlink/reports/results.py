@@ -285,24 +285,28 @@ def identification_page(data: xr.Dataset) -> Page:
     size = f"its residual is {float(data.attrs['misfit']):.3g} times the noise"
     if data.attrs["explained"]:
         values = list[str]()
-        for one in (one for one in unknowns if one.verdict != NUISANCE):
+        for one in unknowns:
             name, unit = in_words(one.name.split(".")[-1]), one.unit
-            if not unit and (unit := unit_of(one.name)):  # of a builder's argument its name says it
-                factor, unit = handy([one.value], unit)
-                one = replace(one, unit=unit, unit_size=1.0 / factor)
-            _, value, interval, _ = one.row()
-            end = ", at the end of its range" if one.verdict == AT_END else ""
-            said = f"{f'{name} {value} {unit}'.rstrip()} ({interval}){end}"
-            values.append(f"{name} not determined by the signal" if one.verdict == BLIND else said)
+            if one.verdict == BLIND:
+                values.append(f"{name} not determined by the signal")
+            elif one.verdict != NUISANCE:
+                if not unit and (unit := unit_of(one.name)):  # of a builder's argument its name says it
+                    factor, unit = handy([one.value], unit)
+                    one = replace(one, unit=unit, unit_size=1.0 / factor)
+                _, value, interval, _ = one.row()
+                end = ", at the end of its range" if one.verdict == AT_END else ""
+                values.append(f"{f'{name} {value} {unit}'.rstrip()} ({interval}){end}")
         found = ", ".join(values)
         page.sentences += [f"{found[:1].upper()}{found[1:]}.", f"The model explains the signal: {size}."]
     else:
         page.sentences.append(f"No value can be trusted: the model does not explain the signal; {size}.")
         page.sentences.append("Correct the model first: a wrong model biases values by more than any interval.")
+
+    # The files of the signal, one or one for each sensor, and the units to which their columns were converted.
     read = stored(data.attrs.get("input")).get("identify", {}).get("signal") or {}
-    of, name = "", read.get("signal", "arrays")
-    if name != "arrays":
-        name = ", ".join(dict.fromkeys(name.values())) if isinstance(name, dict) else name
+    of, files = "", read.get("signal", "arrays")
+    if files != "arrays":
+        name = ", ".join(dict.fromkeys(files.values())) if isinstance(files, dict) else files
         page.title, of = f"Identification: {name}", f" of {name}"
         if units := [*dict.fromkeys(read.get("columns_converted_to", {}).values())]:
             of += f", whose columns were converted to {' and '.join(units)}"
@@ -362,11 +366,16 @@ def difference_in_words(one: xr.Dataset, name: str) -> str:
     value, width = (numbers.values / float(one.unit_size) for numbers in (known.value, known.high - known.low))
     if not value.size:
         return f"No point has a reliable {words}."
-    away = value - float(np.median(value))
-    middle = readable(float(np.median(value)), "", 4) + unit
+    median = float(np.median(value))
+    middle = readable(median, "", 4) + unit
+    if value.size == 1:
+        return f"One point has a reliable {words}: {middle}."
+
+    away = value - median
     scatter = 1.4826 * float(np.median(abs(away)))  # that of a normal distribution, from its median
     far = abs(away) > np.maximum(3.0 * scatter, np.nan_to_num(width))
-    sides, texts = ("thinner", "thicker") if name.endswith("thickness") else ("lower", "higher"), list[str]()
+    sides = ("thinner", "thicker") if name.endswith("thickness") else ("lower", "higher")
+    texts = list[str]()
     for side, here in zip(sides, (far & (away < 0.0), far & (away > 0.0)), strict=True):
         if here.any():
             sizes = abs(away[here])
@@ -380,7 +389,4 @@ def difference_in_words(one: xr.Dataset, name: str) -> str:
     if (abs(away) > width).any():
         low, high = (readable(float(end), "", 4) for end in (value.min(), value.max()))
         return f"{words[:1].upper()}{words[1:]} varies from {low} to {high}{unit} over {count_of(value.size, 'point')}."
-    if value.size == 1:
-        return f"One point has a reliable {words}: {middle}."
-    scatters = f"with a scatter of {readable(scatter, '', 1)}{unit}"
-    return f"All {value.size} points agree in {words}: {middle}, {scatters}."
+    return f"All {value.size} points agree in {words}: {middle}, with a scatter of {readable(scatter, '', 1)}{unit}."
