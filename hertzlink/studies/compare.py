@@ -75,9 +75,7 @@ class Printed(NamedTuple):
         cut_off = (low, high + last_digit(self.high))
         if self.kind != "about":
             low, high = rounded(self.low, self.high)
-        share = TOLERANCE[self.kind]
-        if share:
-            share += SIMULATION_ERROR
+        share = TOLERANCE[self.kind] + (SIMULATION_ERROR if TOLERANCE[self.kind] else 0.0)
         widened = (low - share * abs(low), high + share * abs(high))
         return (widened,) if self.corrected or self.kind == "about" else (widened, cut_off)
 
