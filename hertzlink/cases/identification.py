@@ -142,23 +142,24 @@ def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identificat
 
 def answer_of(task: Task, found: Identification) -> Answer:
     """Return what was found: tables, the case with the values found, and a simulation to sketch."""
-    unknowns = found.unknowns.items()
-    rows = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in unknowns]
+    unknowns = found.unknowns
+    rows = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in unknowns.items()]
     frame = pd.DataFrame(rows, columns=["unknown", "value (SI)", "low", "high", "verdict", "residual over noise"])
-    head = ["unknown", "value", "95 % interval", "verdict"]
+    texts = [one.row() for one in unknowns.values()]
+    shown = pd.DataFrame(texts, columns=["unknown", "value", "95 % interval", "verdict"])
     traces = {"time (s)": found.data.time.values}
     for bead in found.data.sensor.values:
         for quantity in ("measured", "fitted"):
             traces[f"{quantity} at bead {bead} (N)"] = found.data[quantity].sel(sensor=bead).values
-    tables = [
-        Table("unknowns.csv", frame, pd.DataFrame([one.row() for _, one in unknowns], columns=head)),
-        Table("fit.csv", pd.DataFrame(traces)),
-    ]
-    notes = str(replace(found, warnings=[of_case(warning) for warning in found.warnings])).splitlines()
+    tables = [Table("unknowns.csv", frame, shown), Table("fit.csv", pd.DataFrame(traces))]
+    # Below the head and the rows of its text.
+    said = replace(found, warnings=[of_case(warning) for warning in found.warnings])
+    notes = str(said).splitlines()[1 + len(unknowns) :]
     values = {name: found[name].value for name in task.ranges}
     best = {"identified.toml" if found.explained else "best_fit.toml": task.case.changed(values).to_toml()}
-    result, code = found.to_dataset().assign_attrs(case=task.case.to_toml()), 0 if found.identified else NOT_IDENTIFIED
-    return Answer(result, tables, notes[1 + len(unknowns) :], sketched=task(**values), others=best, code=code)
+    result = found.to_dataset().assign_attrs(case=task.case.to_toml())
+    code = 0 if found.identified else NOT_IDENTIFIED
+    return Answer(result, tables, notes, sketched=task(**values), others=best, code=code)
 
 
 def grid_of(case: Case, table: File) -> tap_maps.Grid:

@@ -193,13 +193,12 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
                 if at.short_record:
                     why = "the record ends before the wave from the greatest distance is back; make until longer"
             remarks.add(f"unknown: {why}")
-        best, *ends = (along.shown(number, 4) for number in (critical, low, high))
+        best = "< " * (low == 0.0) + along.shown(critical, 4)
         if np.isnan(critical):
             best = "unknown" if np.isnan(low) else f"> {along.shown(low)}"
-        best = f"{'< ' * (low == 0.0)}{best}"
+        between = f"{along.shown(low, 4)} to {along.shown(high, 4)}" if np.isfinite(high) else "-"
         texts = [axis.shown(value) for axis, value in zip(others, values, strict=True)]
-        far_away = "-" if np.isnan(far) else f"{far:.4f}{unknown}"
-        cells.append([*texts, best, " to ".join(ends) if np.isfinite(high) else "-", far_away])
+        cells.append([*texts, best, between, "-" if np.isnan(far) else f"{far:.4f}{unknown}"])
 
     names, columns = [axis.name for axis in others], [axis.column for axis in others]
     every = data[["sampled", "amplitude_ratio", "time_of_flight"]].to_dataframe([*names, "distance"]).reset_index()

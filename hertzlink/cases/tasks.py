@@ -81,9 +81,10 @@ class Task:
         except Fault as fault:
             for axis in self.axes:
                 if fault.path[: len(axis.path)] == axis.path:
-                    value, listed = values[axis.name], isinstance(entry(self.case.data, axis.place), list)
-                    item = (axis.values.index(value),) if listed and value in axis.values else ()
-                    raise Fault((*axis.place, *item), fault.reason) from None
+                    place, value = axis.place, values[axis.name]
+                    if isinstance(entry(self.case.data, place), list) and value in axis.values:
+                        place = (*place, axis.values.index(value))
+                    raise Fault(place, fault.reason) from None
             raise
 
 
@@ -108,12 +109,11 @@ def task_of(case: Case) -> Task:
     wanted, place = measure.critical_distance.along, ("measure", "critical_distance", "along")
     paths = {written(axis.path): axis for axis in task.axes}
     along = paths.get(wanted)
-    if along is None or not along.is_number or len(along.values) < FEWEST_DISTANCES:
-        fault = f"has too few distances in [sweep]; give {FEWEST_DISTANCES} or more"
-        if along is None:
-            cure = f"take one of them: {', '.join(paths)}" if paths else "add it there"
-            fault = f"is not an axis of [sweep]; {cure}"
-        raise Fault(place, f'"{wanted}" {fault}')
+    if along is None:
+        cure = f"take one of them: {', '.join(paths)}" if paths else "add it there"
+        raise Fault(place, f'"{wanted}" is not an axis of [sweep]; {cure}')
+    if not along.is_number or len(along.values) < FEWEST_DISTANCES:
+        raise Fault(place, f'"{wanted}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
     if len(task.sensors) != 1:
         raise Fault(("measure", "sensors"), "must be a single bead for a critical distance; give sensor")
     distance = replace(along, name="distance")  # as results call it
@@ -154,11 +154,11 @@ def budget_of(case: Case) -> tuple[Task, dict[str, tuple[float, float]]]:
         axis = axis_of(case, key, place)
         stated = entry(case.data, axis.path)
         stated = case.value(axis.path) if stated is None else stated
-        value = si_value(case, axis.path, 1.0 if stated is None else stated, place)
-        if stated is None or not isinstance(value, float) or value == 0.0:
-            missing = "is not written in the case; give its value there first"
-            wrong = f"{shown(value)} must be a number other than zero, and not a count"
-            raise Fault(place, missing if stated is None else wrong)
+        value = si_value(case, axis.path, 1.0 if stated is None else stated, place)  # also refuses a wrong path
+        if stated is None:
+            raise Fault(place, "is not written in the case; give its value there first")
+        if not isinstance(value, float) or value == 0.0:
+            raise Fault(place, f"{shown(value)} must be a number other than zero, and not a count")
         match = NUMBER.fullmatch(str(text))
         part = match and match[2] in PARTS
         spread = spread_of(str(text), value) if part else number(text, size_of(case, axis.path), place)
