@@ -42,10 +42,10 @@ def show_signal(
     if file.suffix == ".toml":
         raise ValueError(f"{file}: is a case; give the file of a scope or recorder")
     name = picture or Path(f"{file.stem}-signal.png")
-    foreign = name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes())
-    if foreign or name.suffix[1:] not in REMARKS:
-        why = "exists already, and hertzlink did not write it; give another name"
-        raise ValueError(f"--picture {name}: " + (why if foreign else f"must end with .{', .'.join(REMARKS)}"))
+    if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
+        raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
+    if name.suffix[1:] not in REMARKS:
+        raise ValueError(f"--picture {name}: must end with .{', .'.join(REMARKS)}")
     plain = NUMBER.fullmatch(interval or "")
     text = f"{interval} s" if plain and not plain[2] else interval
     seconds = None if interval is None else number(text, Likely.TIME, ("--interval",))
