@@ -102,11 +102,12 @@ def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
 @cache
 def members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
     """Return the forms of a family by their kinds."""
-    made = [of for of in all_described if of.builds and inspect.isclass(of.makes) and not inspect.isabstract(of.makes)]
-    many = [of for of in made if family in of.makes.__mro__]
     if family is Bead:
         classes = [of for of in all_described if inspect.isclass(of.target)]
         many = [of for of in classes if {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}]
+    else:
+        builders = [of for of in all_described if of.builds and inspect.isclass(of.makes)]
+        many = [of for of in builders if family in of.makes.__mro__ and not inspect.isabstract(of.makes)]
     found: dict[str, Described] = {}
     for of in many:
         first = found.setdefault(of.kind, of)

@@ -226,8 +226,8 @@ def _shown(frame: pd.DataFrame, task: Task | None = None) -> pd.DataFrame:
         if i < len(axes):
             texts[i] = frame.iloc[:, i].map(axes[i].shown)
         elif frame[name].dtype == float:
-            number = (lambda value: f"{1e6 * value:.2f}") if name.endswith("(s)") else (lambda value: f"{value:.4g}")
-            texts[i] = frame[name].map(number).replace("nan", "-")
+            factor, form = (1e6, "{:.2f}") if name.endswith("(s)") else (1.0, "{:.4g}")
+            texts[i] = (factor * frame[name]).map(form.format).replace("nan", "-")
         else:
             texts[i] = frame[name].astype(str)
     return pd.DataFrame(texts).set_axis(heads, axis=1)
