@@ -168,10 +168,10 @@ def write_results(
             (into / file).write_text(content, encoding="utf-8")
         try:
             page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
-            of = printable(Path(name).stem)
+            stem = printable(Path(name).stem)
             # The name is added to the title unless the title holds it.
-            if not case.title and of.replace("-", " ") not in page.title.lower().replace(".", ": ").split(": "):
-                page.title += f": {of}"
+            if not case.title and stem.replace("-", " ") not in page.title.lower().replace(".", ": ").split(": "):
+                page.title += f": {stem}"
             (into / "report.html").write_text(html(page), encoding="utf-8")
             with default_style():
                 for picture in page.pictures if form else ():
