@@ -17,15 +17,11 @@ EDGES = hl.Supports("clamped", "clamped", "clamped", "clamped")
 PLATE = hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, EDGES, cells=(6, 5))
 
 TWO = """
-[[chain]]
-beads = 4
-bead = { shape = "sphere", radius = 2.38e-3, material = "steel 440C" }
-impact_speed = 0.3
-
-[[chain]]
-beads = 4
-bead = { shape = "sphere", radius = 2.38e-3, material = "steel 440C" }
-impact_speed = 0.2
+run.until = 1.5e-4
+chain = [
+    { beads = 4, bead = { shape = "sphere", radius = 2.38e-3, material = "steel 440C" }, impact_speed = 0.3 },
+    { beads = 4, bead = { shape = "sphere", radius = 2.38e-3, material = "steel 440C" }, impact_speed = 0.2 },
+]
 
 [structure]
 kind = "kirchhoff_plate"
@@ -36,9 +32,6 @@ material = "brass 360"
 supports = { left = "clamped", right = "clamped", bottom = "clamped", top = "clamped" }
 at = [[0.02, 0.02], [0.04, 0.02]]
 cells = [6, 5]
-
-[run]
-until = 1.5e-4
 """
 
 
@@ -178,7 +171,6 @@ def test_a_check_names_all_chains_and_structures(command: Callable[..., str], tm
                 ("rod", 'layers = [{ material = "PTFE", length = 0.02, radius = 5e-3 }]'),
             )
         )
-        + "[run]\nuntil = 1.5e-4\n"
     )
     said = command("check", "rods.toml")
     assert [line.split(":")[0] for line in said.splitlines() if "Chain(" in line] == ["chain 0", "chain 1"]

@@ -30,7 +30,6 @@ from hertzlink.cases.templates import KINDS, template
 from structures.described import registered
 
 BOUNDARY = """\
-# hertzlink run plate-boundary.toml
 [chain]
 beads = 20
 bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }

@@ -212,6 +212,18 @@ def test_contacts_beyond_yield() -> None:
     )
 
 
+def test_no_contact_yields_below_the_speed_that_is_named() -> None:
+    """A law of the user's own has no law of yielding, so a speed is named: there Hertz's pressure is that of yield."""
+    law = hl.laws.PowerLaw(hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface))
+    wall = hl.half_space(hl.ALUMINIUM_6061)
+    chain = hl.Chain([BEAD] * 10, BEAD, 0.4, law=law)
+    words = found(hl.CoSimulation(chain, wall).run(6e-4), "yield")[0]
+    slower = replace(chain, impact_speed=float(words.split("about ")[1].split()[0]))
+    slow = hl.CoSimulation(slower, wall).run(2e-3)
+    pressure = hl.theory.hertz_pressure(BEAD.surface, wall.surface, float(slow.contact_force[:, -1].max()))
+    assert pressure == pytest.approx(hl.theory.yield_pressure(hl.ALUMINIUM_6061), rel=0.03)
+
+
 @pytest.mark.parametrize(("beyond", "says"), [(1.35, False), (1.5, True)])
 def test_a_contact_just_beyond_yield_warns_of_nothing(beyond: float, says: bool) -> None:
     """The wall's contact bears this multiple of the force of first yield: AR changes by a little more than 0.01."""

@@ -82,10 +82,11 @@ def test_dashpots_take_energy_and_never_pull(row: list[hl.Sphere], coefficient: 
     assert hl.energy_error(run) < 1e-4
 
 
-def test_gravity_preload_is_static() -> None:
+@pytest.mark.parametrize("wall", [hl.half_space(hl.PTFE), hl.half_plane(2e-3, hl.PTFE, "clamped", 0.02, until=1e-3)])
+def test_gravity_preload_is_static(wall: hl.Structure) -> None:
     """Contact n carries the weight of the beads above it, and nothing moves until the wave comes."""
     chain = hl.Chain([BEAD] * 10, BEAD, 1e-9, gravity=9.81)
-    run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=1e-3)
+    run = hl.CoSimulation(chain, wall).run(until=1e-3)
     weights = np.arange(11) * BEAD.mass * 9.81
     assert run.static_force.values == pytest.approx(weights, rel=1e-12)
     assert run.contact_force.isel(time=0).values == pytest.approx(weights, rel=1e-9)

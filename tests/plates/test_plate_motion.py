@@ -46,8 +46,8 @@ def test_the_contact_and_the_clamped_edge() -> None:
     assert abs(sunk[-1, place[:, 1] < 1e-9]).max() > 0.05 * sunk[-1].max()
 
 
-def test_a_plate_bends_like_a_cylinder_under_its_moment() -> None:
-    """w = x² everywhere: D (1, ν, 0) · 2 of moment, and 6 M/t² at the struck face; ends of a free plate."""
+def test_a_plate_bends_like_a_cylinder_under_its_moment_and_twists() -> None:
+    """w = x²: the moments D (1, ν) · 2, and 6 M/t² at the struck face. w = xy: the shear stress G t there."""
     free = hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, hl.Supports(), cells=(4, 4)).at(0.05, 0.07)
     assert free.field is not None
     x = np.linspace(0.0, SIDE, 5)
@@ -57,3 +57,6 @@ def test_a_plate_bends_like_a_cylinder_under_its_moment() -> None:
     assert stress[:, 0] == pytest.approx(6.0 * moment / THICKNESS**2, rel=1e-9)
     assert stress[:, 1] == pytest.approx(6.0 * nu * moment / THICKNESS**2, rel=1e-9)
     assert abs(stress[:, 3]).max() < 1e-6 * stress.max()
+    twisted = np.kron(np.c_[x, np.ones(5)].ravel(), np.c_[x, np.ones(5)].ravel())
+    shear = hl.ALUMINIUM_6061.youngs_modulus / (2.0 * (1.0 + nu)) * THICKNESS
+    assert free.field.stress(twisted)[:, 3] == pytest.approx(shear, rel=1e-9)

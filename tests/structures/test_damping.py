@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.linalg import eigh, expm
 
 import hertzlink as hl
-from structures.damping import Modal, Rayleigh, StandardLinearSolid, stiffness_parts
+from structures.damping import Modal, Rayleigh, StandardLinearSolid, loss_factor, stiffness_parts
 from structures.maxwell import maxwell_arms
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
@@ -51,6 +51,7 @@ def test_modal_ratios_are_those_of_the_decay() -> None:
     modes = hl.reduce(hl.rod(LAYERS, base="free"), until=1e-3)
     damped = hl.damping.damped(modes, Modal(0.05))
     assert damped.is_modal
+    assert loss_factor(0.1) == Modal(0.05)
     assert damped.damping is not None
     omega = np.sqrt(modes.stiffness.diagonal())
     assert damped.damping.diagonal() == pytest.approx(0.1 * omega)

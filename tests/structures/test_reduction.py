@@ -76,9 +76,8 @@ def test_a_reduction_serves_no_longer_run() -> None:
 
 
 def test_too_few_vectors_are_reported() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="40 vectors leave an error"):
-        reduced = hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-6, largest=40)
-    assert reduced.origin["reduction"]["error_estimate"] > 1e-6
+    with pytest.warns(hl.HertzlinkWarning, match="40 vectors leave an error of 3"):
+        hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-2, largest=40)
 
 
 def test_the_error_is_known_for_half_a_quarter_and_an_eighth_of_the_pulse() -> None:
