@@ -29,14 +29,9 @@ def wall(modulus: float, impact_speed: float = 0.31) -> hl.CoSimulation:
 
 
 def tap(
-    simulation: hl.CoSimulation,
-    sensors: tuple[int, ...] = (5,),
-    noise: float = 0.01,
-    gain: float = 1.0,
-    lead: float = LEAD,
-    seed: int = 0,
-    until: float = UNTIL,
-) -> xr.Dataset:
+    simulation: hl.CoSimulation, sensors: tuple[int, ...] = (5,), noise: float = 0.01, gain: float = 1.0,
+    lead: float = LEAD, seed: int = 0, until: float = UNTIL,
+) -> xr.Dataset:  # fmt: skip
     """A signal of a run with the default accuracy, noisy, scaled and late."""
     run = simulation.run(until, save_every=2.5e-7)
     time, random = np.arange(0.0, lead + until, STEP), np.random.default_rng(seed)
@@ -156,6 +151,17 @@ def test_no_verdict_stands_where_the_model_does_not_fit(build: Any, ranges: Any)
     assert "does NOT explain" in str(found)
     # Other beads leave the modulus blind, wherever in its range the fit ends.
     assert build is not wall or "modulus: at the end of its range; widen it" in str(found)
+
+
+def test_a_residual_of_the_size_of_the_noise_is_none_if_it_is_correlated() -> None:
+    """A ripple after the impact is no part of the model: it hardly changes χ², but it is correlated."""
+    signal = tap(wall(3e9))
+    late, force = signal.time - LEAD, signal.sensor_force
+    ripple = (0.01 * force.max() * np.sin(late / 5e-6)).where(late > 0.0, 0.0)
+    asked = {"until": UNTIL, "nuisances": ["time_zero"], "modulus": (1e9, 20e9)}
+    for part, explained in ((0.0, True), (0.8, False)):
+        found = hl.identify(signal.assign(sensor_force=force + part * ripple), wall, **asked)
+        assert found.explained == explained
 
 
 def test_a_discrepancy_widens_the_interval_and_noise_that_is_too_low_explains_nothing() -> None:

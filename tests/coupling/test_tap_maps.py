@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.signal
 import xarray as xr
 from independent.traces import Case, trace
 from independent.walls import EdgedPlate
@@ -91,6 +92,15 @@ def test_intervals_hold_ar_and_tof_of_asymmetric_pulses() -> None:
     read = [measured_waves(hl.as_signal(run.time, {5: force + one}), {}) for one in noise]
     for k, truth in enumerate((primary.amplitude_ratio, primary.time_of_flight)):
         assert sum(float(one.low[k]) < truth < float(one.high[k]) for one in read) >= 3
+
+
+def test_intervals_are_as_wide_as_correlated_noise_scatters() -> None:
+    time = np.arange(0.0, 7e-4, 0.5e-6)
+    clean = sum(size * np.exp(-(((time - at) / 1.5e-5) ** 2)) for size, at in ((40.0, 2e-4), (20.0, 5e-4)))
+    noise = scipy.signal.lfilter([0.1], [1.0, -0.9], np.random.default_rng(2).normal(size=(40, time.size)))
+    read = [measured_waves(hl.as_signal(time, {5: clean + one}), {}) for one in noise]
+    half = np.mean([0.5 * (one.high - one.low).values[0] for one in read])
+    assert 0.6 < half / 1.96 / np.std([one.value.values[0] for one in read]) < 1.5
 
 
 def read_and_note(file: Path) -> xr.Dataset:

@@ -29,15 +29,9 @@ class Case:
 
 
 def trace(
-    case: Case,
-    sensors: Sequence[int] = (7,),
-    speed: float = 0.3,
-    gain: float = 1.0,
-    time_zero: float = 0.0,
-    noise: float = 0.0,
-    seed: int = 0,
-    sample_every: float = 1e-6,
-) -> tuple[Numbers, dict[int, Numbers]]:
+    case: Case, sensors: Sequence[int] = (7,), speed: float = 0.3, gain: float = 1.0, time_zero: float = 0.0,
+    noise: float = 0.0, seed: int = 0, sample_every: float = 1e-6,
+) -> tuple[Numbers, dict[int, Numbers]]:  # fmt: skip
     """Times, s, from zero on, and for each sensor the mean of the two forces on that bead times the gain.
 
     The striker, bead 0, is `speed` m/s fast and touches bead 1 at time_zero, before which nothing moves. noise: the
