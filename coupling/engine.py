@@ -30,8 +30,7 @@ _WINDOWS = WeakKeyDictionary[Structure, dict[float, Any]]()
 
 class Engine:
     """The compiled window loop of one run. A structure without degrees of freedom never moves. If all structures are of
-    this kind, windows may have any length: one window then spans a saved interval, with the steps of all windows that
-    the plan has there."""
+    this kind, one window spans a saved interval, with the steps of all windows that the plan has there."""
 
     def __init__(
         self, interface: Interface, scheme: Scheme, plan: Plan, recorder: Any, window: float | Adaptive | None = None

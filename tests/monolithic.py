@@ -51,12 +51,9 @@ class Contact(NamedTuple):
 
 
 def monolithic(
-    chains: Sequence[hl.Chain],
-    structures: Sequence[Any],
-    contacts: Sequence[Contact],
-    times: Numbers,
+    chains: Sequence[hl.Chain], structures: Sequence[Any], contacts: Sequence[Contact], times: Numbers,
     tolerance: float = TOLERANCE,
-) -> list[xr.Dataset]:
+) -> list[xr.Dataset]:  # fmt: skip
     """One Dataset for each chain, at the given times (s, from zero), as hertzlink's measures take them.
 
     chains: with a free striker or none. structures: M, K, C, contact (n,) or (n, p), flexibility and surface (one, or p

@@ -164,13 +164,8 @@ def test_a_sweep_reads_the_chain_that_is_named(command: Callable[..., str], tmp_
 def test_a_check_names_all_chains_and_structures(command: Callable[..., str], tmp_path: Path) -> None:
     (tmp_path / "rods.toml").write_text(
         TWO.split("[structure]")[0]
-        + "".join(
-            f'[[structure]]\nkind = "{kind}"\n{entry}\n'
-            for kind, entry in (
-                ("half_space", 'material = "PTFE"'),
-                ("rod", 'layers = [{ material = "PTFE", length = 0.02, radius = 5e-3 }]'),
-            )
-        )
+        + '[[structure]]\nkind = "half_space"\nmaterial = "PTFE"\n'
+        + '[[structure]]\nkind = "rod"\nlayers = [{ material = "PTFE", length = 0.02, radius = 5e-3 }]\n'
     )
     said = command("check", "rods.toml")
     assert [line.split(":")[0] for line in said.splitlines() if "Chain(" in line] == ["chain 0", "chain 1"]

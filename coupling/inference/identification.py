@@ -67,8 +67,8 @@ class Unknown:
         value, low, high, error = (number / self.unit_size for number in (self.value, *self.interval, self.error))
         if self.verdict == BLIND:
             return self.head, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {value:.3g}"
-        # For a time zero or an offset near zero a percentage means nothing.
-        small = self.error > HALF * abs(self.value)
+        # A percentage of a time zero or an offset, or of a value near zero, means nothing.
+        small = self.name.startswith(("time_zero", "offset")) or self.error > HALF * abs(self.value)
         part = f"{error:.2g} {self.unit}".rstrip() if small else f"{100.0 * self.error / abs(self.value):.2g} %"
         interval = " to ".join(_rounded(end, error) for end in (low, high))
         # If the model does not fit, the error means nothing; a note below the table gives the reason.

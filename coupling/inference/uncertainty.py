@@ -212,8 +212,10 @@ def _not_linear(budget: Uncertainty, runs: dict[str, Vector], draws: int) -> lis
             # The standard deviation of n draws has the relative standard error 1/√(2 n); it may differ by two, and 5 %.
             spread, limit = float(there.std(ddof=1)), 0.05 + 2.0 / sqrt(2.0 * draws)
         else:
-            # By central differences over the uncertainties: u² = Σ [(f(xᵢ + uᵢ) − f(xᵢ − uᵢ))/2]².
-            spread, limit = sqrt(0.25 * float((np.diff(found.reshape(-1, 2)) ** 2).sum())), 0.3
+            # To second order u² = Σ aᵢ² + 2 bᵢ² for f(xᵢ ± uᵢ) = f + bᵢ ± aᵢ (JCGM 100:2008, note to 5.1.2).
+            below, above = found.reshape(-1, 2).T
+            odd, even = 0.5 * (above - below), 0.5 * (above + below) - value
+            spread, limit = sqrt(float((odd**2 + 2.0 * even**2).sum())), 0.3
         # Less than 1e-4 of a measure is a numerical error.
         if abs(spread - standard) > limit * max(standard, 1e-4 * abs(value)):
             both = [readable(size, budget.units[name], 2) for size in (spread, standard)]

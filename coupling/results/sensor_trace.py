@@ -79,8 +79,7 @@ def is_inverted(values: Vector) -> bool:
 def noise_level(values: Vector) -> float:
     """Return the standard deviation of the white noise on a trace, at least that of the digitiser's rounding. It
     follows from the median of third differences: smooth waves hardly change them, and single spikes do not change the
-    median. The median of |x| of a Gaussian is 0.6745 standard deviations, and third differences have 1 + 9 + 9 + 1
-    times the variance."""
+    median. The median of |x| of a Gaussian is 0.6745 deviations; third differences have 1 + 9 + 9 + 1 variances."""
     white = float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
     return max(white, resolution(values) / sqrt(12.0))  # rounding errors are uniform over one step
 

@@ -83,7 +83,7 @@ def even(
     if (count := int(present.sum())) < max(FEWEST_SAMPLES, 0.5 * present.size):
         such = words and f", but text such as {channel.words[0]!r}"
         raise ValueError(f"{path}: {name}: only {count} of {present.size} samples are within the scope's range{such}")
-    if unit.si == "V" and (channel.values[present] % 1.0 == 0.0).all():
+    if unit.si == "V" and unit.size == 1.0 and (channel.values[present] % 1.0 == 0.0).all():
         doubt = "are they a digitiser's counts? Then calibration is N per count"
         said.append(f"{name}: all values are whole numbers of V; {doubt}")
 

@@ -250,7 +250,7 @@ def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
         page.sentences.append(f"{answer[:1].upper()}{answer[1:]}{where}.")
         if number < MOST_PICTURES:
             name = "-".join(["critical-distance", *map(str, place)])
-            caption = f"AR over {words}{where}, and the critical distance."
+            caption = f"AR at bead {data.attrs['sensor']} over {words}{where}, and the critical distance."
             page.pictures.append(drawn(name, caption, partial(draw_critical, curves)))
     head = [*(words_of(critical[name]) for name in critical.dims), *["contacts"] * (yielded is not None)]
     head += [f"critical distance ({unit})", f"between ({unit})", "AR far away"]

@@ -218,6 +218,17 @@ def test_a_measure_that_is_not_linear_is_named(until, spread, draws, measure):
         hl.uncertainty(build, until, 6, measure=measure, draws=draws, impact_speed=spread)
 
 
+def test_a_budget_at_an_extremum_is_of_second_order():
+    """F ∝ v^(6/5): 10 % of v makes (F/F₀ − 1)² = 0.0144 z², whose standard deviation is √2 times 0.0144."""
+    greatest = float(build().run(3e-4, sensors=[6]).contact_force.max())
+
+    def least(runs):
+        return (1.0 + (runs.contact_force.max(("time", "contact")) / greatest - 1.0) ** 2).rename("least")
+
+    with pytest.warns(HertzlinkWarning, match="least: is not linear .* standard uncertainty 0.02 N, and"):
+        hl.uncertainty(build, 3e-4, 6, measure=least, impact_speed="10 %")
+
+
 def test_an_uncertainty_beyond_what_can_be_run_is_named():
     with pytest.warns(HertzlinkWarning, match="amplitude_ratio: 1 of 2 runs at the ends of the uncertainties failed"):
         hl.uncertainty(build, 7e-4, 6, modulus="200 %")

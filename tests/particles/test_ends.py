@@ -108,12 +108,9 @@ losses = st.one_of(
     st.sampled_from([0.0, 3.0]),
 )
 def test_a_chain_turned_around_moves_as_its_mirror_image(
-    row: list[tuple[hl.Sphere, float]],
-    walls: tuple[hl.Surface, hl.Surface],
-    flexibilities: tuple[float, float],
-    loss: Dissipation | None,
-    preload: float,
-) -> None:
+    row: list[tuple[hl.Sphere, float]], walls: tuple[hl.Surface, hl.Surface], flexibilities: tuple[float, float],
+    loss: Dissipation | None, preload: float,
+) -> None:  # fmt: skip
     ends = []
     for turned in (False, True):
         order = row[::-1] if turned else row

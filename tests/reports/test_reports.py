@@ -132,7 +132,8 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
                 "critical_distance": critical, "bracket": ("end", bracket), "far_value": 0.5, "settled": True,
                 "amplitude_ratio": ("distance", [0.7, 0.52, 0.5]), "sampled": ("distance", sampled), "short_record": 1,
             },
-            {"distance": ("distance", distance, {"units": "m", "long_name": "distance"}), "within": 0.02},
+            {"distance": ("distance", distance, {"units": "m"}), "within": 0.02},
+            {"sensor": 7},
         )
         for critical, bracket in ((0.01946, [0.0194, 0.0195]), (0.02488, [0.0248, 0.0249]))
     )  # fmt: skip
