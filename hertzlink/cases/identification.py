@@ -137,7 +137,9 @@ def fit(task: Task, signal: xr.Dataset, file: File | None = None) -> Identificat
             raise
         raise ValueError(f"{file}{str(error).removeprefix('signal')}") from None
     shown = {axis.name: replace(found[axis.name], unit=axis.unit, unit_size=axis.size) for axis in task.axes}
-    return replace(found, unknowns=found.unknowns | shown)
+    # What the reading of the file assumed may be why a value is wrong.
+    assumed = [f"signal: {note}" for note in str(signal.attrs.get("reading", "")).splitlines()]
+    return replace(found, unknowns=found.unknowns | shown, warnings=[*found.warnings, *assumed])
 
 
 def answer_of(task: Task, found: Identification) -> Answer:
