@@ -72,16 +72,16 @@ def beam(
     >>> strip.contacts
     1
     """
-    place, stiff, heavy, force, ground = at, bending_stiffness, mass_per_length, axial_force, foundation
-    within("at", place, 0.0, length, "m", or_zero=True)
+    EI, m, N, k = bending_stiffness, mass_per_length, axial_force, foundation
+    within("at", at, 0.0, length, "m", or_zero=True)
     if not isinstance(supports, tuple | list) or len(supports) != 2 or not all(one in ENDS for one in supports):
         raise ValueError(f"supports = {supports!r}: must be two words, each one of {ENDS}")
     check_stress(
-        f"axial_force = {force:g} N", force * material.density / heavy, material,
+        f"axial_force = {N:g} N", N * material.density / m, material,
         "axial_force is in N, and the area is assumed to be mass_per_length over density",
     )  # fmt: skip
     frequency = default_frequency() if highest_frequency is None else highest_frequency
-    wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / frequency) ** 0.5
+    wavelength = (EI / m) ** 0.25 * (2.0 * pi / frequency) ** 0.5
     cells = Hermite().cells(min(wavelength, length / FEWEST_WAVES), ()).finer()
     if length / cells.coarsest > MOST_NODES:
         raise ValueError(
@@ -89,19 +89,17 @@ def beam(
         )
 
     def matrices(shapes: Beam) -> tuple[sparse.csr_array, sparse.csr_array]:
-        parts = shapes.integrals()
-        both = heavy * parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0] + force * parts[1, 1]
-        mass, stiffness = (shapes.matrix(entries) for entries in both)
-        return mass, stiffness
+        P = shapes.integrals()
+        return shapes.matrix(m * P[0, 0]), shapes.matrix(EI * P[2, 2] + k * P[0, 0] + N * P[1, 1])
 
-    if force < 0.0:
+    if N < 0.0:
         # A mesh that is much finer than the first mode would hide a negative eigenvalue by rounding.
-        count = ceil(8.0 * max(FEWEST_WAVES, length * (ground / stiff) ** 0.25 / (2.0 * pi)))
+        count = ceil(8.0 * max(FEWEST_WAVES, length * (k / EI) ** 0.25 / (2.0 * pi)))
         _, pressed = matrices(Beam(np.linspace(0.0, length, count + 1), *supports))
         if not is_definite("stiffness", pressed):
             raise ValueError(f"axial_force = {axial_force!r}: must be less compressive, as it buckles the beam")
-    shapes = Beam(graded(length, [place], cells), *supports)
+    shapes = Beam(graded(length, [at], cells), *supports)
     mass, stiffness = matrices(shapes)
-    made = Structure(mass, stiffness, None, shapes.at(place), 0.0, Surface(material), {"highest_frequency": frequency})
+    made = Structure(mass, stiffness, None, shapes.at(at), 0.0, Surface(material), {"highest_frequency": frequency})
     same = length, bending_stiffness, mass_per_length, material, at, supports, axial_force, foundation
     return made.made_by(partial(beam, *same, highest_frequency))
