@@ -420,11 +420,7 @@ def _runs() -> dict[str, Target]:
             LONG,
         ),
         "critical_distance_search": Target(
-            hl.critical_distance_search,
-            {**found, "bracket": 2e-3, "jobs": 1},
-            None,
-            {"bracket": (1e-15,)},
-            LONG,
+            hl.critical_distance_search, {**found, "bracket": 2e-3, "jobs": 1}, None, {"bracket": (1e-15,)}, LONG,
             infinite=True,
         ),
         "from_matrices": Target(
@@ -448,7 +444,7 @@ def _runs() -> dict[str, Target]:
                 **{"positions": [(0.0, 0.0)], "window": 1e-6, "flexibility": 0.0, "dt": None},
             },
         ),
-    }
+    }  # fmt: skip
 
 
 def _at_distance(distance: Any) -> hl.CoSimulation:

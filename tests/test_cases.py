@@ -113,10 +113,8 @@ def test_a_mixed_chain_is_that_of_python() -> None:
     """
     ball = hl.Sphere(9.53e-3 / 2, hl.STEEL_316)
     beads = [
-        ball, ball, ball,
-        hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061),
-        hl.Ellipsoid(4.76e-3, 15e-3, hl.STEEL_316, "along"),
-        hl.Cylinder(4.76e-3, 9.52e-3, hl.PTFE, radians(45)),
+        ball, ball, ball, hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061),
+        hl.Ellipsoid(4.76e-3, 15e-3, hl.STEEL_316, "along"), hl.Cylinder(4.76e-3, 9.52e-3, hl.PTFE, radians(45)),
     ]  # fmt: skip
     chain = hl.Chain(
         beads * 2, hl.SpringLoaded(ball, 200.0, 2e-3), preload=2.0, inclination=radians(30),

@@ -171,10 +171,7 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
             chain(),
             small(
                 hl.mindlin_panel(
-                    hl.Outline(hl.circle(0.05), edges=("rim",) * 96),
-                    3e-3,
-                    hl.ALUMINIUM_6061,
-                    {"rim": "clamped"},
+                    hl.Outline(hl.circle(0.05), edges=("rim",) * 96), 3e-3, hl.ALUMINIUM_6061, {"rim": "clamped"},
                     highest_frequency=2e4,
                 ).at(0.01, 0.0)
             ),
@@ -195,7 +192,7 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "deformable beads": lambda: co(hl.DeformableChain([BEAD] * 8, BEAD, 0.44, modes=3), small(rod())),
         "two chains": two_chains,
         "between two plates": facing,
-    }
+    }  # fmt: skip
     found |= {
         f"chain of {name}": lambda bead=bead: co(hl.Chain([bead] * 10, bead, 0.3), wall)  # type: ignore[misc]
         for name, bead in {

@@ -215,15 +215,10 @@ class FailsUnderStrongForces(Sound):
 
 
 FAULTS = {
-    ChangesTheOldState: "repeatable",
-    KeepsAState: "independent",
-    DiffersByInstance: "deterministic",
-    HoldsAFunction: "pickles",
-    FirstOrder: "splits",
-    FailsUnderStrongForces: "finite",
-    LiesElsewhere: "at rest",
+    ChangesTheOldState: "repeatable", KeepsAState: "independent", DiffersByInstance: "deterministic",
+    HoldsAFunction: "pickles", FirstOrder: "splits", FailsUnderStrongForces: "finite", LiesElsewhere: "at rest",
     FeedsEnergy: "passive",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", CHECKS)

@@ -84,12 +84,10 @@ def test_dataset_tells_all_and_goes_to_netcdf(run: xr.Dataset, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("times", "message"),
     [
-        ([], r"times = \[\]: must be in the run"),
-        ("now", "times = 'now': must be a number"),
-        ([-1e-5], r"must be in the run, between 0 and 0\.0003 s"),
-        ([2e-4, 4e-4], "must be in the run"),
+        ([], r"times = \[\]: must be in the run"), ("now", "times = 'now': must be a number"),
+        ([-1e-5], r"must be in the run, between 0 and 0\.0003 s"), ([2e-4, 4e-4], "must be in the run"),
     ],
-)
+)  # fmt: skip
 def test_times_that_cannot_be_told(run: xr.Dataset, times: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.plots.motion(run, BODY, times)

@@ -33,13 +33,9 @@ FRAME = hl.Structure(
 )
 """Two jaws on a beam in the air: contact 0 faces forwards, contact 1 backwards, and a chain fits in between."""
 TIPS = hl.Structure(
-    np.diag([0.05, 0.05]) * BEAD.mass,
-    1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]),
-    None,
-    np.eye(2),
-    0.0,
+    np.diag([0.05, 0.05]) * BEAD.mass, 1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]), None, np.eye(2), 0.0,
     hl.Surface(hl.PTFE),
-)
+)  # fmt: skip
 """Two light tips on springs, side by side."""
 
 

@@ -257,12 +257,10 @@ def test_what_is_no_record_is_refused(tmp_path: Path, lines: list[str], said: st
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"PK\x03\x04....", "a zip archive"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(99), "a binary file"),
-        (bytes(range(32)) * 9, "a binary file"),
-        (b"RIFF\x24\x50\0\0WAVEfmt " + bytes(99), "a binary file"),
+        (b"PK\x03\x04....", "a zip archive"), (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(99), "a binary file"),
+        (bytes(range(32)) * 9, "a binary file"), (b"RIFF\x24\x50\0\0WAVEfmt " + bytes(99), "a binary file"),
     ],
-)
+)  # fmt: skip
 def test_binary_files_are_refused_with_the_way_out(tmp_path: Path, content: bytes, said: str) -> None:
     (tmp_path / "trace").write_bytes(content)
     with pytest.raises(ValueError, match=f"trace: is {said}.*; export the trace as CSV"):

@@ -184,17 +184,13 @@ class Odd(ContactLaw):
 @pytest.mark.parametrize(
     ("force", "tangent"),
     [
-        (lambda d: None, lambda d: 0.0 * d),
-        (lambda d: 5.0, lambda d: 0.0 * d),
+        (lambda d: None, lambda d: 0.0 * d), (lambda d: 5.0, lambda d: 0.0 * d),
         (lambda d: 1e10 * d[1:] ** 1.5, lambda d: 1.5e10 * d**0.5),
-        (lambda d: 1e5 * d - 1e9 * d * d, lambda d: 1e5 - 2e9 * d),
-        (lambda d: 5.0 + 0.0 * d, lambda d: 0.0 * d),
-        (lambda d: np.nan * d, lambda d: np.nan * d),
-        (lambda d: 1.0 + 1e3 * d, lambda d: 1e3 + 0.0 * d),
-        (lambda d: 1e9 * d, lambda d: 1e8 + 0.0 * d),
-        (lambda d: 0.5 + 1e10 * d**1.5, lambda d: 1.5e10 * d**0.5),
+        (lambda d: 1e5 * d - 1e9 * d * d, lambda d: 1e5 - 2e9 * d), (lambda d: 5.0 + 0.0 * d, lambda d: 0.0 * d),
+        (lambda d: np.nan * d, lambda d: np.nan * d), (lambda d: 1.0 + 1e3 * d, lambda d: 1e3 + 0.0 * d),
+        (lambda d: 1e9 * d, lambda d: 1e8 + 0.0 * d), (lambda d: 0.5 + 1e10 * d**1.5, lambda d: 1.5e10 * d**0.5),
     ],
-)
+)  # fmt: skip
 def test_odd_laws_of_ones_own(force: Callable[[Vector], Vector], tangent: Callable[[Vector], Vector]) -> None:
     bead = hl.Sphere(4e-3, STEEL)
     with pytest.raises(ValueError, match=r"law: Odd\.force: must be finite and rise from zero"):

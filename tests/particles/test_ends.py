@@ -90,13 +90,11 @@ beads = st.builds(
 )
 surfaces = st.builds(hl.Surface, st.sampled_from([STEEL, hl.PTFE, hl.ALUMINIUM_6061]), st.floats(0.0, 100.0))
 losses = st.one_of(
-    st.none(),
-    st.builds(hl.LinearDashpot, st.floats(0.1, 5.0)),
-    st.builds(hl.Restitution, st.floats(0.5, 1.0)),
+    st.none(), st.builds(hl.LinearDashpot, st.floats(0.1, 5.0)), st.builds(hl.Restitution, st.floats(0.5, 1.0)),
     st.builds(hl.KuwabaraKono, st.floats(1e-7, 1e-6)),
     st.builds(hl.PowerDashpot, st.floats(0.1, 2.0), st.just(1.5)),
     st.builds(hl.MassProportional, st.floats(1.0, 1e4)),
-)
+)  # fmt: skip
 
 
 @settings(max_examples=60)

@@ -83,14 +83,11 @@ def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
 @pytest.mark.parametrize(
     ("first", "second"),
     [
-        (SPHERE, hl.Surface(ALUMINIUM)),
-        (SPHERE, hl.Surface(STEEL)),
-        (SPHERE, hl.Surface(STEEL, -50.0)),
-        (SPHERE, hl.Sphere(2.38e-3, STEEL)),
-        (hl.Sphere(2.38e-3, STEEL), SPHERE),
+        (SPHERE, hl.Surface(ALUMINIUM)), (SPHERE, hl.Surface(STEEL)), (SPHERE, hl.Surface(STEEL, -50.0)),
+        (SPHERE, hl.Sphere(2.38e-3, STEEL)), (hl.Sphere(2.38e-3, STEEL), SPHERE),
         (hl.Ellipsoid(2.36e-3, 10.16e-3, STEEL, axis="along"), None),
     ],
-)
+)  # fmt: skip
 def test_small_contacts_are_hertzian(first: hl.Sphere, second: hl.Sphere | hl.Surface | None) -> None:
     """Within 0.3 % where the contact is some 10⁻³ of the radius: unequal bodies, flats, hollows, poles of ellipsoids"""
     law = computed_law(first, second, max_approach=1e-8, spacing=0.3e-6)

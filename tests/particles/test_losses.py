@@ -149,15 +149,10 @@ def test_a_power_dashpot_loses_as_its_exponent_says(exponent: float) -> None:
 @pytest.mark.parametrize(
     "law",
     [
-        hl.LinearDashpot(4.0),
-        hl.PowerDashpot(5.58, 1.81),
-        hl.PowerDashpot(50.0, 2.5, "thesis"),
-        hl.MassProportional(6900.0),
-        hl.KuwabaraKono(1e-6),
-        hl.Tsuji(0.3),
-        hl.Restitution(0.7),
+        hl.LinearDashpot(4.0), hl.PowerDashpot(5.58, 1.81), hl.PowerDashpot(50.0, 2.5, "thesis"),
+        hl.MassProportional(6900.0), hl.KuwabaraKono(1e-6), hl.Tsuji(0.3), hl.Restitution(0.7),
     ],
-)
+)  # fmt: skip
 def test_order_two(law: Dissipation) -> None:
     """A preloaded chain that a wave runs through: all contacts stay closed, so every law is smooth."""
 

@@ -181,14 +181,10 @@ def passing(n: float, preload: float, until: float) -> tuple[float, float]:
 @pytest.mark.parametrize(
     ("n", "preload", "until", "share"),
     [
-        (1.5, 0.0, 85.0, 1.012),
-        (1.5, 0.01, 85.0, 1.008),
-        (1.5, 0.1, 75.0, 1.003),
-        (1.5, 1.0, 60.0, 0.992),
-        (1.222, 0.0, 85.0, 1.003),
-        (2.0, 0.0, 90.0, 1.036),
+        (1.5, 0.0, 85.0, 1.012), (1.5, 0.01, 85.0, 1.008), (1.5, 0.1, 75.0, 1.003), (1.5, 1.0, 60.0, 0.992),
+        (1.222, 0.0, 85.0, 1.003), (2.0, 0.0, 90.0, 1.036),
     ],
-)
+)  # fmt: skip
 def test_speed_of_preloaded_and_other_chains(n: float, preload: float, until: float, share: float) -> None:
     """5.10 and 5.12 (corrected), F_d/F_0 from 0.4 up: the steeper the law, the shorter the wave, and the faster."""
     force, speed = passing(n, preload, until)

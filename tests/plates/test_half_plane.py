@@ -44,13 +44,11 @@ def moved(plate: hl.Structure, time: float, highest: float) -> float:
 @pytest.mark.parametrize(
     ("bead", "thickness", "edge", "distance", "expected"),
     [
-        (SMALL, 2.29e-3, "clamped", 14e-3, 0.5551),
-        (SMALL, 2.29e-3, "clamped", 20e-3, 0.5213),
-        (SMALL, 2.29e-3, "free", 20e-3, 0.5179),
-        (SMALL, 2.29e-3, "simple", 20e-3, 0.5255),
+        (SMALL, 2.29e-3, "clamped", 14e-3, 0.5551), (SMALL, 2.29e-3, "clamped", 20e-3, 0.5213),
+        (SMALL, 2.29e-3, "free", 20e-3, 0.5179), (SMALL, 2.29e-3, "simple", 20e-3, 0.5255),
         (LARGE, 3.18e-3, "clamped", 20e-3, 0.4680),
     ],
-)
+)  # fmt: skip
 def test_amplitude_ratios_are_those_of_the_exact_response(
     bead: hl.Sphere, thickness: float, edge: str, distance: float, expected: float
 ) -> None:

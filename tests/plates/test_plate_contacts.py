@@ -59,12 +59,10 @@ def navier(x: list[float], y: list[float], shift: float, terms: int = 700) -> Ar
 @pytest.mark.parametrize(
     ("name", "own", "cross"),
     [
-        ("kirchhoff_plate", 1e-4, 2e-5),
-        ("uniform", 1e-2, 2e-4),
-        ("mindlin_plate", 2e-3, 1e-3),
+        ("kirchhoff_plate", 1e-4, 2e-5), ("uniform", 1e-2, 2e-4), ("mindlin_plate", 2e-3, 1e-3),
         ("mindlin_panel", 2e-3, 1e-3),
     ],
-)
+)  # fmt: skip
 def test_three_contacts_move_each_other_as_in_naviers_series(name: str, own: float, cross: float, shift: float) -> None:
     """A force on one moves each, reciprocally (Maxwell). Mindlin's plate also shears, 0.05 % at this thickness."""
     found = receptance(three(name), shift)

@@ -76,13 +76,10 @@ def test_a_plate_that_buckles_is_refused(
 @pytest.mark.parametrize(
     ("forces", "mises"),
     [
-        ((1.0, 0.0, 0.0), 1.0),
-        ((0.0, -1.0, 0.0), 1.0),
-        ((1.0, 1.0, 0.0), 1.0),
-        ((1.0, -1.0, 0.0), 3.0**0.5),
+        ((1.0, 0.0, 0.0), 1.0), ((0.0, -1.0, 0.0), 1.0), ((1.0, 1.0, 0.0), 1.0), ((1.0, -1.0, 0.0), 3.0**0.5),
         ((0.0, 0.0, -1.0), 3.0**0.5),
     ],
-)
+)  # fmt: skip
 def test_a_stress_beyond_yield_is_told(
     forces: tuple[float, float, float], mises: float, recwarn: pytest.WarningsRecorder
 ) -> None:

@@ -178,19 +178,12 @@ def test_round_faces_can_be_struck() -> None:
 @pytest.mark.parametrize(
     ("bent", "given", "told"),
     [
-        ((1.0, 1.0), 0.0, "33.3"),
-        ((1.0, 1.0), -1.0 / 0.03, "33.3"),
-        ((1.0, 1.0), 1.0 / 0.03, None),
-        ((1.0, 0.0), 0.0, "16.7"),
-        ((1.0, 0.0), 0.5 / 0.03, None),
-        ((-1.0, -1.0), 1.0, "-33.3"),
-        ((1.0, -1.0), 0.0, None),
-        ((0.0, 0.0), 0.0, None),
-        ((0.5, 0.5), 1.0, "16.7"),
-        ((0.0, 0.0), 4.9, None),
+        ((1.0, 1.0), 0.0, "33.3"), ((1.0, 1.0), -1.0 / 0.03, "33.3"), ((1.0, 1.0), 1.0 / 0.03, None),
+        ((1.0, 0.0), 0.0, "16.7"), ((1.0, 0.0), 0.5 / 0.03, None), ((-1.0, -1.0), 1.0, "-33.3"),
+        ((1.0, -1.0), 0.0, None), ((0.0, 0.0), 0.0, None), ((0.5, 0.5), 1.0, "16.7"), ((0.0, 0.0), 4.9, None),
         ((1.0, 1.0), 27.0, None),
     ],
-)
+)  # fmt: skip
 def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
     bent: tuple[float, float], given: float, told: str | None, recwarn: pytest.WarningsRecorder
 ) -> None:

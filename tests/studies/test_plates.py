@@ -8,14 +8,10 @@ import hertzlink as hl
 from hertzlink.studies import aspect_ratio, critical_distance, plate_boundary, shared
 
 CROSSINGS = [
-    (4.76e-3, 2.29e-3, 14.65e-3),
-    (4.76e-3, 3.18e-3, 16.12e-3),
-    (4.76e-3, 4.83e-3, 17.79e-3),
-    (9.53e-3, 2.29e-3, 36.63e-3),
-    (9.53e-3, 3.18e-3, 27.14e-3),
-    (9.53e-3, 4.83e-3, 29.78e-3),
+    (4.76e-3, 2.29e-3, 14.65e-3), (4.76e-3, 3.18e-3, 16.12e-3), (4.76e-3, 4.83e-3, 17.79e-3),
+    (9.53e-3, 2.29e-3, 36.63e-3), (9.53e-3, 3.18e-3, 27.14e-3), (9.53e-3, 4.83e-3, 29.78e-3),
     (19.05e-3, 4.83e-3, 67.5e-3),
-]
+]  # fmt: skip
 """Bead, plate and critical distance, m, of docs/numerics.md."""
 
 
@@ -35,12 +31,10 @@ def test_amplitude_ratio_at_the_centre_is_that_of_zeners_restitution() -> None:
 @pytest.mark.parametrize(
     ("diameter", "thickness", "parameter", "expected"),
     [
-        (9.53e-3, 4.83e-3, 0.29, 59.1),
-        (9.53e-3, 2.29e-3, 1.28, 87.81),
-        (19.1e-3, 4.83e-3, 1.158, 164.4),
+        (9.53e-3, 4.83e-3, 0.29, 59.1), (9.53e-3, 2.29e-3, 1.28, 87.81), (19.1e-3, 4.83e-3, 1.158, 164.4),
         (19.1e-3, 2.29e-3, 5.1548, 1435.2),
     ],
-)
+)  # fmt: skip
 def test_contact_times_of_the_thesis(diameter: float, thickness: float, parameter: float, expected: float) -> None:
     """µs, by Zener's τ_c from a λ that rounds to the printed one, at 0.31 m/s."""
     bead, plate = hl.Sphere(diameter / 2.0, shared.THEIR_STEEL), shared.plate(thickness)
@@ -62,14 +56,11 @@ def test_waves_of_the_plate() -> None:
 @pytest.mark.parametrize(
     ("diameter", "thickness", "distance", "expected", "apart"),
     [
-        (9.53e-3, 2.29e-3, 0.457, 0.0695, 0.0005),
-        (9.53e-3, 4.83e-3, 0.457, 0.554, 0.002),
-        (9.53e-3, 2.29e-3, 0.020, 0.326, 0.002),
-        (4.76e-3, 2.29e-3, 0.457, 0.522, 0.001),
-        (4.76e-3, 3.18e-3, 0.457, 0.702, 0.001),
-        (4.76e-3, 4.83e-3, 0.457, 0.846, 0.001),
+        (9.53e-3, 2.29e-3, 0.457, 0.0695, 0.0005), (9.53e-3, 4.83e-3, 0.457, 0.554, 0.002),
+        (9.53e-3, 2.29e-3, 0.020, 0.326, 0.002), (4.76e-3, 2.29e-3, 0.457, 0.522, 0.001),
+        (4.76e-3, 3.18e-3, 0.457, 0.702, 0.001), (4.76e-3, 4.83e-3, 0.457, 0.846, 0.001),
     ],
-)
+)  # fmt: skip
 def test_amplitude_ratios_of_a_prototype(
     diameter: float, thickness: float, distance: float, expected: float, apart: float
 ) -> None:

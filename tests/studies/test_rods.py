@@ -20,12 +20,10 @@ def on_half_space(material: hl.Material, dashpot: float) -> tuple[float, float, 
 @pytest.mark.parametrize(
     ("material", "dashpot", "expected"),
     [
-        (hl.STEEL_440C, 0.0, (None, 450.0, 5.53)),
-        (hl.PTFE, 0.0, (0.872, 607.0, 27.2)),
-        (hl.STEEL_440C, 4.0, (0.784, None, None)),
-        (hl.STEEL_440C, 5.0, (0.747, 460.8, None)),
+        (hl.STEEL_440C, 0.0, (None, 450.0, 5.53)), (hl.PTFE, 0.0, (0.872, 607.0, 27.2)),
+        (hl.STEEL_440C, 4.0, (0.784, None, None)), (hl.STEEL_440C, 5.0, (0.747, 460.8, None)),
     ],
-)
+)  # fmt: skip
 def test_half_spaces(material: hl.Material, dashpot: float, expected: tuple[float | None, ...]) -> None:
     """Recomputed elsewhere; errata of equation 6.1: γ of 4 to 5 N s/m reproduces AR 0.76 to 0.78."""
     found = on_half_space(material, dashpot)
