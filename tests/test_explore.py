@@ -288,6 +288,8 @@ def test_moduli_of_layers_have_sliders(tmp_path: Path) -> None:
     name = explorer.sliders[1].name
     soft, hard = (explorer.answer({name: text})["waves"]["primary"]["time_of_flight"] for text in ("0.5", "4"))
     assert soft > hard
+    plate = explorer_of(tmp_path, PLATE.replace("80 mm", "80.04 mm").replace("20 mm", "60 mm"))
+    assert plate.sliders[0].high == Decimal(80)  # on the plate
 
 
 def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:

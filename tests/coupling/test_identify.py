@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 
 import hertzlink as hl
 from coupling.inference.identification import Identification, Unknown
-from coupling.inference.measured import estimated
+from coupling.inference.measured import estimated, measured_signal
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL, LEAD, STEP = 5e-4, 8e-5, 1e-6
@@ -160,8 +160,7 @@ def test_a_residual_of_the_size_of_the_noise_is_none_if_it_is_correlated() -> No
     ripple = (0.01 * force.max() * np.sin(late / 5e-6)).where(late > 0.0, 0.0)
     asked = {"until": UNTIL, "nuisances": ["time_zero"], "modulus": (1e9, 20e9)}
     for part, explained in ((0.0, True), (0.8, False)):
-        found = hl.identify(signal.assign(sensor_force=force + part * ripple), wall, **asked)
-        assert found.explained == explained
+        assert hl.identify(signal.assign(sensor_force=force + part * ripple), wall, **asked).explained == explained
 
 
 def test_a_discrepancy_widens_the_interval_and_noise_that_is_too_low_explains_nothing() -> None:
@@ -240,6 +239,14 @@ def test_noise_is_estimated_to_some_per_cent() -> None:
     # Noise of low frequency, such as hum, shows in the lead alone.
     hum = 0.5 * np.sqrt(2.0) * np.sin(2.0 * np.pi * time / 97.0)
     assert estimated(pulse + hum + random.normal(0.0, 0.05, 1000)) == pytest.approx(0.5, rel=0.15)
+
+
+def test_noise_that_is_given_stays_where_the_lead_drifts() -> None:
+    time, clean = tapped()
+    signal = hl.as_signal(time, {5: noisy(clean, 0.0, 0) + 5.0 * time / time[-1]})
+    (sensor,) = measured_signal(signal, None, 0.7).sensors
+    assert sensor.drifts
+    assert sensor.noise == pytest.approx(0.7, rel=1e-3)
 
 
 def noisy(clean: np.ndarray, correlation: float, seed: int) -> np.ndarray:

@@ -64,6 +64,14 @@ def test_the_until_that_is_named_holds_the_wave(run: xr.Dataset, sensor: int) ->
         assert messages(caught) == [message]
 
 
+def test_the_until_that_is_named_holds_a_weak_wave() -> None:
+    """AR is 0.1: such a wave is slower than the incident one by half."""
+    run = hl.CoSimulation(CHAIN, hl.infinite_plate(2.5e-3, hl.ALUMINIUM_6061)).run(1e-3)
+    with pytest.warns(hl.HertzlinkWarning, match="record: ") as caught:
+        hl.reflections(upto(run, 6e-4), 7)
+    assert float(messages(caught)[0].split("until = ")[1].split()[0]) > hl.reflections(run, 7).primary.arrival
+
+
 @pytest.fixture(scope="module")
 def layered() -> xr.Dataset:
     """Steel on PTFE: the second wave follows the first one."""

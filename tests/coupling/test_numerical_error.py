@@ -74,6 +74,14 @@ def test_windows_and_steps_are_as_wrong_as_estimated(settings: dict[str, Any]) -
     assert estimate.notes[MESH] == estimate.notes[REDUCTION] == "none"
 
 
+def test_adaptive_windows_are_as_wrong_as_estimated() -> None:
+    plate = on(hl.infinite_plate(3e-3, hl.ALUMINIUM_6061))
+    estimate = hl.numerical_error(lambda: plate.replace(window=hl.Adaptive(1e-4)), UNTIL, SENSOR)
+    fine = hl.amplitude_ratio(plate.replace(accuracy="reference").run(UNTIL, 1e-8), SENSOR)
+    true = estimate.values["amplitude_ratio"] - float(fine)
+    assert estimate.parts["time"]["amplitude_ratio"] == pytest.approx(1.5 * true, rel=0.1)
+
+
 @pytest.mark.parametrize("loss", [hl.LinearDashpot(3.0), hl.Restitution(0.9)])
 def test_errors_with_losses_are_below_their_margins(loss: Any) -> None:
     """A loss that begins with a contact makes an error of the order 1."""

@@ -86,6 +86,11 @@ def test_traces_show_force_and_waves_in_words() -> None:
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (µs)", "force (N)")
 
 
+def test_forces_of_a_preloaded_chain_are_above_the_preload() -> None:
+    held = hl.CoSimulation(hl.Chain([BEAD] * 14, BEAD, 0.1, preload=1.0), hl.half_space(hl.PTFE))
+    assert hl.plots.traces(held.run(1e-4)).get_ylabel() == "force above the preload (N)"
+
+
 def test_a_missing_wave_is_named_with_its_reason() -> None:
     short = run().sel(time=slice(None, 3e-4))
     ax = hl.plots.traces(short, [7, 9])

@@ -88,6 +88,7 @@ def test_channels_that_began_at_different_times(tmp_path: Path) -> None:
             stated = {"wf_increment": STEP, "wf_start_offset": 0.0, "wf_start_time": began}
             file.write_segment([nptdms.ChannelObject("taps", name, VOLTS, stated)])
     with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["time"] = 2.0 * TIME  # the times of a group are nearer
         for name, late in (("A", 0.0), ("B", 1e-4)):
             file[f"{name}/time"], file[f"{name}/force"] = TIME + late, VOLTS
     for name in ("a.tdms", "a.h5"):

@@ -92,6 +92,8 @@ def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
     assert called == [("PTFE", 2e-3), *(("acrylic", radius) for radius in RADII)]
     turned = hl.sweep(build, UNTIL, jobs=1, store=tmp_path, radius=np.array(RADII), material=MATERIALS)
     assert len(called) == 4
+    swept(tmp_path, measure=largest)
+    assert len(called) == 10
     assert unwarned(turned.transpose(*grown.dims)).identical(unwarned(grown))
 
 

@@ -54,6 +54,8 @@ def test_a_broken_file_costs_no_other_point(tmp_path: Path) -> None:
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["failed"]
     squares, crosses = axes.collections
     assert len(squares.get_paths()) == 2
+    half = hl.plots.mapped(taps, show="error").collections[0].get_array()
+    assert [*half] == pytest.approx(((taps.high - taps.low) / 2.0).values[[0, 2], 0])
     assert np.asarray(crosses.get_offsets()).tolist() == [[5.0, 0.0], [15.0, 0.0]]
     assert set(MARKS) >= {"failed", "blind"}
 

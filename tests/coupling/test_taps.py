@@ -32,6 +32,10 @@ def test_noise_of_the_average() -> None:
         assert float(hl.amplitude_ratio(mean, 7)) == pytest.approx(0.6, abs=0.02)
 
 
+def test_noise_below_a_step_of_the_digitiser_is_that_of_rounding() -> None:
+    assert float(hl.average_taps([tap.round() for tap in several(9, 0.01)]).noise[0]) >= 12.0**-0.5
+
+
 def test_unequal_taps_get_a_warning() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="incident peaks scatter by"):
         hl.average_taps([*several(2), *several(1, height=40.0)])

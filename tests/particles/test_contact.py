@@ -216,6 +216,8 @@ def test_names_and_cautions() -> None:
     assert hl.contact_law(sphere, sphere).name == "Hertz, round contact"
     assert "elliptic" in hl.contact_law(cylinder(), cylinder(30.0)).name
     assert "line contact" in hl.contact_law(cylinder(), cylinder(180.0)).name
+    longer = hl.contact_law(cylinder(), hl.Cylinder(2.38e-3, 9e-3, STEEL))
+    assert longer.force(1e-6) == hl.contact_law(cylinder(), cylinder()).force(1e-6)
     for _ in range(2):
         with pytest.warns(hl.HertzlinkWarning, match="half-space theory does not hold"):
             law = hl.contact_law(cylinder(1.0), cylinder(8.0))

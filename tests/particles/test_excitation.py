@@ -47,6 +47,12 @@ def test_a_piston_does_the_work_that_the_chain_gets(loss: hl.LinearDashpot | Non
     assert float(run.excitation_work.max()) > 0.0
 
 
+def test_a_push_goes_on_in_a_chain_as_long_as_a_window_has_steps() -> None:
+    push, plate = hl.PushedBead([0.0, 1e-4, 1e-3], [0.0, 30.0, 30.0]), hl.infinite_plate(1e-3, STEEL)
+    runs = [hl.CoSimulation(hl.Chain([BEAD] * count, push), plate).run(3e-4) for count in range(8, 16)]
+    assert max(map(hl.energy_error, runs)) < 1e-7
+
+
 def test_a_piston_at_rest_holds_a_preloaded_chain() -> None:
     """Nothing moves; contact 1 carries the preload, and a dead load on the first bead carries it as well."""
     for striker, first in ((hl.Piston(), 20.0), (hl.PushedBead([0.0, 1e-3], [1e-9, 1e-9]), 1e-9)):
@@ -72,6 +78,14 @@ def test_a_spring_loaded_striker_brings_its_springs_energy() -> None:
     until_it_returns = slice(0.0, 1.5e-4)
     forces = [run.contact_force.sel(time=until_it_returns).values for run in (free, thrown)]
     assert forces[1] == pytest.approx(forces[0], rel=1e-6, abs=1e-6)
+
+
+def test_a_spring_pushes_on_where_a_preload_has_moved_the_chain() -> None:
+    """Soft beads have moved by more than the spring is still compressed, 0.1 mm."""
+    spring, soft = hl.SpringLoaded(BEAD, stiffness=2e3, compression=2e-3, travel=1.9e-3), hl.Sphere(2.38e-3, hl.PTFE)
+    chains = (hl.Chain([soft] * 20, *one, preload=20.0) for one in ((spring,), (BEAD, spring.speed(0.0))))
+    pushed, thrown = (hl.CoSimulation(chain, WALL).run(2e-6).velocity.values[-1, 0] for chain in chains)
+    assert pushed - thrown == pytest.approx(2e3 * 1e-4 * 2e-6 / BEAD.mass, rel=0.1)
 
 
 def peak(run: xr.Dataset) -> float:

@@ -137,8 +137,8 @@ def test_a_piece_that_numba_cannot_compile_is_named() -> None:
         hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, law=law), None).run(1e-5)
 
 
-LOADS: dict[str, dict[str, Any]] = {
-    "preload": {"preload": 5.0},
-    "preload, power law": {"preload": 5.0, "law": hl.laws.PowerLaw(5e9, 1.4)},
-    "push": {"striker": hl.PushedBead([0.0, 2e-5], [0.0, 50.0]), "impact_speed": None},
-}
+def test_a_users_loss_is_that_of_all_chains() -> None:
+    for other in (hl.LinearDashpot(5.0), Saturating(5.0, 2.0)):
+        chains = [hl.Chain([STEEL] * 3, STEEL, 0.3, dissipation=loss) for loss in (Saturating(5.0, 1.0), other)]
+        with pytest.raises(ValueError, match="dissipation: must be the same in all chains of a run"):
+            hl.CoSimulation(chains, [None, None]).run(1e-5)
