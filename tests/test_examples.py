@@ -126,4 +126,4 @@ def test_the_case_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     (value, low, high, _), (yielding, *_) = (map(float, re.findall(r"\d+\.\d+", row)) for row in rows)
     assert value == pytest.approx(14.7, abs=0.15)
     page = (GALLERY.parent / "README.md").read_text(encoding="utf-8")
-    assert f"{value} mm, between {low} and {high}, and {yielding} mm on a fresh spot" in page
+    assert f"{value} mm, between {low} and {high}; on a fresh spot, where the metal yields, {yielding} mm" in page
