@@ -225,7 +225,8 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
     assert page.text["h1"] == ["Identification: rod.csv"]
     assert any("samples of rod.csv, whose columns were converted to V." in words for words in page.text["p"])
     notes = [" ".join(one.split()) for one in page.text["li"]]
-    for words in ("at which it yields", "gain 13 is negative: this sensor's sign is reversed"):
+    of_reading = "signal: the waves of sensor 13 are negative"
+    for words in ("at which it yields", "gain 13 is negative: this sensor's sign is reversed", of_reading):
         assert any(words in one for one in notes)
         assert words in " ".join(said.split())
     assert "The set-up to scale." in page.text["figcaption"]
