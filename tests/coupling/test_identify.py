@@ -53,6 +53,7 @@ def test_truth_is_within_the_intervals_whatever_gain_and_time_zero_are() -> None
         low, high = found[name].interval
         # Three half-widths: a 95 % interval misses one truth of twenty.
         assert abs(value - 0.5 * (low + high)) < 1.5 * (high - low), name
+    assert found["time_zero"].row()[3].endswith(" µs)")  # whose part of the time means nothing
     assert found["modulus"].identifiable
     assert 0.9 < found.misfit < 1.1
     assert found.explained

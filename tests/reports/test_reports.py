@@ -138,6 +138,7 @@ def test_report_of_a_critical_distance_shows_both_contact_laws() -> None:
         for critical, bracket in ((0.01946, [0.0194, 0.0195]), (0.02488, [0.0248, 0.0249]))
     )  # fmt: skip
     page = page_of(elastic, yielded=yielding)
+    assert page.pictures[0].caption.startswith("AR at bead 7 over ")
     assert page.sentences[:3] == [
         "Beyond 19.46 mm (19.40 to 19.50 mm) the edge changes AR by less than 0.02 on elastic contacts, "
         "and beyond 24.88 mm (24.80 to 24.90 mm) on a fresh spot.",
