@@ -307,3 +307,5 @@ def test_every_doubt_is_said(tmp_path: Path) -> None:
         with pytest.warns(hl.HertzlinkWarning, match=said):
             data = hl.read_signal(written(tmp_path / "said.csv", lines), {7: 1}, calibration=10.0)
         assert re.search(said, data.reading)
+    counts = written(tmp_path / "scope.csv", table("{t:.6f},{v:.0f}", volt=50.0))  # steps of 1 mV are no counts
+    assert "whole numbers" not in hl.read_signal(counts, {7: 1}, calibration=10.0, unit="mV").reading
